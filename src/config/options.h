@@ -27,6 +27,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -225,6 +226,19 @@ Option<detail::StructOf<Member>> field(Member member, std::string name, Range ra
   auto option = field(member, std::move(name), std::move(help));
   option.description.minimum = range.least;
   option.description.maximum = range.most;
+  return option;
+}
+
+/// Binds a number of bytes that is given in MiB.
+template <class Member>
+Option<detail::StructOf<Member>> mebibytes(Member member, std::string name, std::string help) {
+  using Options = detail::StructOf<Member>;
+  auto option = field(member, std::move(name), Range{1, 65536}, std::move(help));
+  Options defaults{};
+  option.description.defaultText = std::to_string(detail::access(defaults, member) >> 20);
+  option.read = [member](Options& options, const Value& value) {
+    detail::access(options, member) = static_cast<std::uint64_t>(value.asInteger()) << 20;
+  };
   return option;
 }
 

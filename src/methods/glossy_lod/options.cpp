@@ -13,19 +13,6 @@ constexpr auto kOrders =
 constexpr auto kObjects =
     config::names<Objects>({{"all", Objects::All}, {"diffuse", Objects::Diffuse}});
 
-/// An integer of MiB, kept in bytes.
-config::Option<Options> memory() {
-  return {{.name = "memory_mib",
-           .type = config::FieldType::Integer,
-           .help = "memory of all images, MiB; if they need more, all are made coarser",
-           .defaultText = std::to_string(Options{}.memoryBytes >> 20),
-           .minimum = 1,
-           .maximum = 65536},
-          [](Options& options, const config::Value& value) {
-            options.memoryBytes = static_cast<std::uint64_t>(value.asInteger()) << 20;
-          }};
-}
-
 }  // namespace
 
 const config::OptionTable<Options>& optionTable() {
@@ -58,7 +45,9 @@ const config::OptionTable<Options>& optionTable() {
              "resolution of the geometry images: all charts of an object together have `size` "
              "times `size` quads; 0: an object's triangles and the pixels that it can cover in "
              "reflectors decide"),
-       memory(), field(&Options::objects, "objects", kObjects, kObjectsHelp),
+       config::mebibytes(&Options::memoryBytes, "memory_mib",
+                         "memory of all images, MiB; if they need more, all are made coarser"),
+       field(&Options::objects, "objects", kObjects, kObjectsHelp),
        field(&Options::bounces, "bounces", range(1, 16), kBouncesHelp)});
   return table;
 }

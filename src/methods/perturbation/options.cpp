@@ -18,20 +18,6 @@ constexpr auto kOrders = config::names<Order>({{"nearest", Order::Nearest},
 constexpr auto kGaps = config::names<bool>({{"environment", false}, {"trace", true}});
 constexpr auto kSeveral = config::names<bool>({{"minima", false}, {"groups", true}});
 
-/// An integer of MiB, kept in bytes.
-config::Option<Options> memory() {
-  return {{.name = "memory_mib",
-           .type = config::FieldType::Integer,
-           .help = "memory of the virtual objects, MiB; beyond it objects are left out (counter "
-                   "objects_left_out)",
-           .defaultText = std::to_string(Options{}.memoryBytes >> 20),
-           .minimum = 1,
-           .maximum = 65536},
-          [](Options& options, const config::Value& value) {
-            options.memoryBytes = static_cast<std::uint64_t>(value.asInteger()) << 20;
-          }};
-}
-
 }  // namespace
 
 const config::OptionTable<Options>& optionTable() {
@@ -75,7 +61,10 @@ const config::OptionTable<Options>& optionTable() {
            "with `order` auto: bound on the paths traced for one object's reflection in one "
            "mirror (or one chain of mirrors), divided by the frame's number of pixels. 262144 "
            "paths are always allowed. Beyond the bound no edge is split (counter coarse_objects)"),
-       memory(),
+       config::mebibytes(
+           &Options::memoryBytes, "memory_mib",
+           "memory of the virtual objects, MiB; beyond it objects are left out (counter "
+           "objects_left_out)"),
        field(&Options::traceGaps, "gaps", kGaps,
              "samples that no virtual object covers. environment: they show the environment; "
              "trace: Embree traces them (counter traced_gaps), which is slow under an open sky")});

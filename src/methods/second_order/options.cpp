@@ -19,19 +19,6 @@ constexpr auto kSelfIntersect =
 constexpr auto kLobeRays = config::names<LobeRays>(
     {{"cone", LobeRays::Walked}, {"neighbourhood", LobeRays::LookedUpAtTheCentresDistance}});
 
-/// An integer of MiB, kept in bytes.
-config::Option<Options> memory() {
-  return {{.name = "memory_mib",
-           .type = config::FieldType::Integer,
-           .help = "memory of the depth images, MiB; their resolution is reduced to fit",
-           .defaultText = std::to_string(Options{}.images.memoryBytes >> 20),
-           .minimum = 1,
-           .maximum = 65536},
-          [](Options& options, const config::Value& value) {
-            options.images.memoryBytes = static_cast<std::uint64_t>(value.asInteger()) << 20;
-          }};
-}
-
 }  // namespace
 
 const config::OptionTable<Options>& optionTable() {
@@ -60,7 +47,8 @@ const config::OptionTable<Options>& optionTable() {
            .trade("0,0.75,1.5,3"),
        field(in(&Options::camera, &CameraOptions::rays), "rays", range(1, 64), kRaysHelp)
            .trade("4,8,16"),
-       memory(),
+       config::mebibytes(in(&Options::images, &DepthImageOptions::memoryBytes), "memory_mib",
+                         "memory of the depth images, MiB; their resolution is reduced to fit"),
        field(in(&Options::images, &DepthImageOptions::compound), "compound",
              "draw all depth images of an atlas layer by one draw call, instead of one for each"),
        field(in(&Options::images, &DepthImageOptions::depthLayers), "depth_layers", range(1, 2),

@@ -9,19 +9,6 @@ namespace {
 
 using config::field, config::range, config::atLeast;
 
-/// An integer of MiB, kept in bytes.
-config::Option<Options> memory() {
-  return {{.name = "memory_mib",
-           .type = config::FieldType::Integer,
-           .help = "memory of all images, MiB; beyond it `fallback` renders reflectors",
-           .defaultText = std::to_string(Options{}.memoryBytes >> 20),
-           .minimum = 1,
-           .maximum = 65536},
-          [](Options& options, const config::Value& value) {
-            options.memoryBytes = static_cast<std::uint64_t>(value.asInteger()) << 20;
-          }};
-}
-
 /// What both methods have.
 std::vector<config::Option<Options>> common() {
   return {
@@ -59,7 +46,8 @@ std::vector<config::Option<Options>> common() {
       field(&Options::intersectOn, "intersect_on", kUnits,
             "where mirror rays are intersected. device: in a shader; processor: on the CPU; auto: "
             "on the CPU if OpenGL runs there"),
-      memory(),
+      config::mebibytes(&Options::memoryBytes, "memory_mib",
+                        "memory of all images, MiB; beyond it `fallback` renders reflectors"),
       field(&Options::fallback, "fallback", kFallbacks,
             "reflectors whose images exceed `memory_mib`, or take longer than tracing. traced: "
             "Embree traces them; none: they keep images; beyond `memory_mib` the run ends"),
