@@ -481,7 +481,7 @@ Vec3 surfaceIrradiance(const Lighting& lighting, const Vec4& bake, const Vec3& p
 SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
                           const Lighting& lighting, int object, std::uint32_t primitive, float u,
                           float v, const Vec3& position, const Vec3& direction, float coneWidth,
-                          const Vec2& scatter) {
+                          const std::optional<Vec2>& scatter) {
   const ObjectRange& range = geometry.objects[object];
   const std::uint32_t* triangle = &geometry.indices[range.firstIndex + 3 * primitive];
   const Interpolation at = interpolation(geometry, triangle, u, v);
@@ -529,9 +529,9 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
 
   const scene::TextureSlot& slot = material.metallicRoughnessTexture;
   setReflection(material, slot.used() ? sample(slot) : Vec4(1.0f), albedo, point);
-  if (point.specularLevel > 0.0f && bumps.used()) {
+  if (scatter && point.specularLevel > 0.0f && bumps.used()) {
     point.normal = mapped(
-        scatteredTexel(scene.textures[bumps.texture], slotUv(bumps, at), lodOf(bumps), scatter));
+        scatteredTexel(scene.textures[bumps.texture], slotUv(bumps, at), lodOf(bumps), *scatter));
   }
   const bool bends = point.specularLevel > 0.0f && bendsNormals(scene, range, object);
   if (bends) point.bent = aboveSurface(point.geometricNormal, direction, point.normal);

@@ -54,7 +54,7 @@ std::uint64_t findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
         const Vec3& direction = asked.rays[k].direction;
         const frame::SurfacePoint surface = frame::shadeSurface(
             trace.scene(), trace.geometry(), lighting, hit.object, hit.primitive, hit.u, hit.v,
-            asked.rays[k].origin + hit.distance * direction, direction, 0.0f);
+            asked.rays[k].origin + hit.distance * direction, direction, 0.0f, Vec2(0.5f));
         if (!(surface.specularLevel > 0.0f)) continue;
         next.push_back({question.sample, question.reflectionsLeft - 1,
                         trace::nextPoint(trace, question.point, 0, direction, hit, surface)});

@@ -320,9 +320,10 @@ void LobeTracer::resolve(Level& level, const Block& block, bool keepSurfaces, st
       const frame::SurfacePoint surface = frame::shadeSurface(
           trace_->scene(), trace_->geometry(), *lighting_, hit.object, hit.primitive, hit.u, hit.v,
           level.rays.origin(ray) + hit.distance * direction, direction, width,
-          keepSurfaces ? nextShift({points.shiftX[i], points.shiftY[i]},
-                                   static_cast<int>(ray - level.first[i - block.begin]))
-                       : Vec2(0.0f));
+          keepSurfaces
+              ? std::optional(nextShift({points.shiftX[i], points.shiftY[i]},
+                                        static_cast<int>(ray - level.first[i - block.begin])))
+              : std::nullopt);
       Vec3 value = surface.diffuse;
       if (!isFinite(value)) {
         value = Vec3(0.0f);
