@@ -8,15 +8,14 @@ namespace catoptric::methods {
 
 Reflectors findReflectors(const scene::Scene& scene, const frame::ObjectSet& among) {
   using raster::SampleClass;
+  const std::vector<SampleClass> classes = raster::materialClasses(scene);
   Reflectors found;
   found.classOf.push_back(SampleClass::Background);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const scene::Object& object = scene.objects[i];
-    const SampleClass kind =
-        !among.contains(static_cast<int>(i))
-            ? SampleClass::Diffuse
-            : raster::objectClass(raster::materialClass(scene, scene.materials[object.material]),
-                                  object);
+    const SampleClass kind = !among.contains(static_cast<int>(i))
+                                 ? SampleClass::Diffuse
+                                 : raster::objectClass(classes[object.material], object);
     found.classOf.push_back(kind);
     found.planarMirrors = found.planarMirrors || kind == SampleClass::PlanarMirror;
     found.curvedMirrors = found.curvedMirrors || kind == SampleClass::CurvedMirror;

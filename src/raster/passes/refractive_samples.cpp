@@ -8,13 +8,13 @@
 namespace catoptric::raster {
 
 RefractiveSamples::RefractiveSamples(const scene::Scene& scene) {
+  const std::vector<SampleClass> classes = materialClasses(scene);
   std::vector<std::uint8_t> refracts{0};
   for (const scene::Object& object : scene.objects) {
     const scene::Material& material = scene.materials[object.material];
-    refracts.push_back(material.refraction > 0.0f &&
-                               materialClass(scene, material) == SampleClass::CurvedMirror
-                           ? 1
-                           : 0);
+    refracts.push_back(
+        material.refraction > 0.0f && classes[object.material] == SampleClass::CurvedMirror ? 1
+                                                                                            : 0);
   }
   if (std::ranges::count(refracts, 1) == 0) return;
   program_ =

@@ -223,6 +223,13 @@ SampleClass materialClass(const scene::Scene& scene, const scene::Material& mate
              : SampleClass::Glossy;
 }
 
+std::vector<SampleClass> materialClasses(const scene::Scene& scene) {
+  std::vector<SampleClass> classes;
+  for (const scene::Material& material : scene.materials)
+    classes.push_back(materialClass(scene, material));
+  return classes;
+}
+
 namespace {
 
 /// withTexturesFor(), with the class of each material.
@@ -243,10 +250,7 @@ GBufferSize withTexturesFor(const scene::Scene& scene, const std::vector<SampleC
 }  // namespace
 
 GBufferSize withTexturesFor(const scene::Scene& scene, GBufferSize size) {
-  std::vector<SampleClass> classes;
-  for (const scene::Material& material : scene.materials)
-    classes.push_back(materialClass(scene, material));
-  return withTexturesFor(scene, classes, size);
+  return withTexturesFor(scene, materialClasses(scene), size);
 }
 
 std::uint64_t textureBytes(const scene::Scene& scene) {

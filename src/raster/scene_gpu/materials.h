@@ -54,6 +54,8 @@ std::vector<gl::Define> featureDefines(std::uint32_t features);
 
 /// Diffuse, CurvedMirror or Glossy, according to the largest values of the material's textures.
 SampleClass materialClass(const scene::Scene& scene, const scene::Material& material);
+/// The classes of all materials. A class may need a scan of a texture.
+std::vector<SampleClass> materialClasses(const scene::Scene& scene);
 /// `size` with the optional textures that the G-buffer of this scene needs: tints, highlights, lobe
 /// horizons. Lobe horizons are needed if any object with lobes has shading normals that may be
 /// corrected (frame::bendsNormals()): its triangles' normals then bound the rays of the lobes.
