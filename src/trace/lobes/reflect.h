@@ -57,7 +57,7 @@ struct ReflectionOptions {
   bool converges = false;
   bool fresnelSchlick = false;  ///< for bounces after the first
   /// Radiance from distance t is multiplied by exp(-t / fadeMetres), along all bounces of a path;
-  /// the environment is then black. 0: no attenuation.
+  /// the environment's radiance comes from kSkyMetres. 0: no attenuation.
   float fadeMetres = 0.0f;
   /// If set, rays that leave the scene receive its mean over their solid angle; null: the radiance
   /// along their centre.

@@ -30,6 +30,12 @@ constexpr int kSmallestSide = 512;  ///< of a layer: small frames need few layer
 constexpr std::uint64_t kBytesPerTexel = 8 + 4;
 constexpr std::size_t kTableRows = shared::kTableTexels;
 
+/// A layer's width or height for so many samples.
+int sideOf(int samples, float depthImageScale) {
+  const float scaled = static_cast<float>(samples) * std::max(1.0f, depthImageScale);
+  return std::max(kSmallestSide, static_cast<int>(std::ceil(scaled)));
+}
+
 }  // namespace
 
 std::uint64_t DepthImages::usualBytes(int sampleWidth, int sampleHeight, float depthImageScale,
@@ -37,9 +43,7 @@ std::uint64_t DepthImages::usualBytes(int sampleWidth, int sampleHeight, float d
   // Ours: the ten scenes of tests/memory.py that reflect have one layer or two
   constexpr std::uint64_t kLayers = 2;
   const auto side = [&](int samples) {
-    return std::max<std::uint64_t>(
-        kSmallestSide, static_cast<std::uint64_t>(std::ceil(static_cast<float>(samples) *
-                                                            std::max(1.0f, depthImageScale))));
+    return static_cast<std::uint64_t>(sideOf(samples, depthImageScale));
   };
   return std::min(options.memoryBytes, kLayers * kBytesPerTexel *
                                            static_cast<std::uint64_t>(options.depthLayers) *
@@ -50,12 +54,8 @@ DepthImages::DepthImages(int sampleWidth, int sampleHeight, float depthImageScal
                          const DepthImageOptions& options)
     : options_(options) {
   const int limit = gl::Context::current().info().limits.maxTextureSize;
-  const auto side = [&](int samples) {
-    const float scaled = std::ceil(static_cast<float>(samples) * std::max(1.0f, depthImageScale));
-    return std::clamp(static_cast<int>(scaled), kSmallestSide, limit);
-  };
-  layerWidth_ = side(sampleWidth);
-  layerHeight_ = side(sampleHeight);
+  layerWidth_ = std::min(limit, sideOf(sampleWidth, depthImageScale));
+  layerHeight_ = std::min(limit, sideOf(sampleHeight, depthImageScale));
   const std::uint64_t fitting =
       options_.memoryBytes / (kBytesPerTexel * static_cast<std::uint64_t>(options_.depthLayers));
   const auto most = static_cast<double>(fitting);
