@@ -118,7 +118,8 @@ TEST(Billboards, ReflectorsWhoseImagesDoNotFitAreTraced) {
                 masks, [](std::uint16_t mask) { return (mask & raster::kMaskRetraced) != 0; })),
             samples.ours.size());
   try {
-    test::GlMethod(stage, billboardsEntry(), R"({"memory_mib": 1, "fallback": "none"})");
+    test::GlMethod(stage, billboardsEntry(), R"({"memory_mib": 1, "fallback": "none"})")
+        .render(camera);
     FAIL() << "it fits";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ExitCode::OutOfMemory);
@@ -175,6 +176,24 @@ TEST(Billboards, AChangeOfViewRendersNoImpostor) {
   const FrameOutput output = method.render(cameraAt({-0.3f, 0.6f, 3.1f}));
   EXPECT_EQ(output.counters.at("impostors_rendered"), 0u);
   EXPECT_GT(output.counters.at("impostors_reused"), 0u);
+}
+
+TEST(Billboards, TheEnvironmentFollowsWhileNoReflectorIsInView) {
+  test::SceneBuilder builder = ballAndQuads();
+  builder.move(3, {2.0f, 0.0f, 0.0f}, 1.0f);
+  test::GlStage stage(builder.scene(), kSettings);
+  test::GlMethod method(stage, billboardsEntry(), R"({"objects": ["object1"]})");
+  const scene::Camera seen = cameraAt({0.3f, 0.9f, 2.2f});
+  method.render(seen);
+  const std::vector<Vec3> before = test::TracedSamples(stage, seen, {}).ours;
+  const scene::Camera away =
+      scene::lookAt(seen.eye(), 2.0f * seen.eye(), {0.0f, 1.0f, 0.0f}, radians(40.0f));
+  method.render(away, stage.moveTo(1.0));
+  method.render(seen);
+  const std::vector<Vec3> after = test::TracedSamples(stage, seen, {}).ours;
+  EXPECT_NE(before, after);
+  test::GlMethod(stage, billboardsEntry(), R"({"objects": ["object1"]})").render(seen);
+  EXPECT_EQ(after, test::TracedSamples(stage, seen, {}).ours);
 }
 
 TEST(Billboards, ClampedTexelsOfImagesAreCounted) {

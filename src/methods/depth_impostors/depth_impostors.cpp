@@ -31,17 +31,12 @@ class DepthImpostors : public impostors::ImpostorMethod {
     return options().intersection == Intersection::Walk ? "walked_texels" : "segments";
   }
 
+  std::uint64_t deviceBytes() const override { return rowBytes(); }
   std::uint64_t mapBytes() const override {
     const auto size = static_cast<std::uint64_t>(options().textureSize);
     constexpr std::uint64_t kColumns = depth_impostors::Columns::kBorder * 2;
     // As read back, and as columns along both axes
-    std::uint64_t bytes = sizeof(float) * (size * size + 2 * size * (size + kColumns));
-    if (options().intersection == Intersection::Walk) return bytes;
-    const depth_impostors::Domain last =
-        depth_impostors::makeDomains(options().domains, options().textureSize).back();
-    return bytes + static_cast<std::uint64_t>(last.offset + last.count) *
-                       static_cast<std::uint64_t>(options().points) *
-                       sizeof(depth_impostors::Point);
+    return sizeof(float) * (size * size + 2 * size * (size + kColumns)) + rowBytes();
   }
 
   void prepareMaps() override {
@@ -56,15 +51,17 @@ class DepthImpostors : public impostors::ImpostorMethod {
     domainTexture_ = gl::Texture::makeBuffer("directions of lines", GL_RGBA32F, domainBuffer_);
   }
 
-  void mapDrawn(int layer, std::span<const float> texels) override {
-    if (domains_.empty() && !onProcessor()) return;
+  void imageDrawn(int layer, std::span<const float> texels) override {
+    const auto at = static_cast<std::size_t>(layer);
+    if (at < lines_.size()) lines_[at] = {};
+    if (at < texels_.size()) texels_[at].reset();
+    if (texels.empty() || (domains_.empty() && !onProcessor())) return;
     Made& made = made_.emplace_back();
     made.layer = layer;
     made.texels.assign(texels.begin(), texels.end());
   }
 
-  void mapsReady(Services& services, FrameOutput& output, int layers) override {
-    const auto count = static_cast<std::size_t>(layers);
+  void mapsReady(Services& services, FrameOutput& output, std::size_t count) override {
     if (onProcessor() && (domains_.empty() || options().refine > 0)) keepTexels(count);
     if (domains_.empty()) {
       made_.clear();
@@ -72,7 +69,7 @@ class DepthImpostors : public impostors::ImpostorMethod {
     }
     const std::size_t points = rows_ * static_cast<std::size_t>(options().points);
     const std::size_t bytes = points * sizeof(depth_impostors::Point);
-    if (lines_.size() < count) {  // all maps were drawn anew
+    if (lines_.size() != count) {  // on the device all images were drawn anew
       lines_.resize(count);
       if (onDevice()) {
         rowBuffer_ = gl::Buffer("simplified lines", count * bytes);
@@ -116,13 +113,22 @@ class DepthImpostors : public impostors::ImpostorMethod {
   }
 
  private:
+  /// Of one map.
+  std::uint64_t rowBytes() const {
+    if (options().intersection == Intersection::Walk) return 0;
+    const depth_impostors::Domain last =
+        depth_impostors::makeDomains(options().domains, options().textureSize).back();
+    return static_cast<std::uint64_t>(last.offset + last.count) *
+           static_cast<std::uint64_t>(options().points) * sizeof(depth_impostors::Point);
+  }
+
   struct Made {
     int layer = 0;
     std::vector<float> texels;
   };
 
   void keepTexels(std::size_t layers) {
-    if (texels_.size() < layers) texels_.resize(layers);
+    texels_.resize(layers);
     const int size = options().textureSize;
     for (const Made& made : made_)
       texels_[static_cast<std::size_t>(made.layer)] = std::make_unique<depth_impostors::MapTexels>(

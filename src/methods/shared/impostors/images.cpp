@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/error.h"
 #include "gl/draw_state.h"
@@ -9,16 +10,18 @@
 
 namespace catoptric::methods::impostors {
 
-void Images::prepare(int textureSize, bool reflective, bool depths, bool inMemory, bool onDevice) {
+bool Images::Slot::shows(const Impostor& impostor) const {
+  return used && object == impostor.object && slab == impostor.slab && depth == impostor.depth &&
+         peeled == impostor.peeled && camera == impostor.camera;
+}
+
+void Images::prepare(int textureSize, const Kept& kept) {
   size_ = textureSize;
-  onDevice_ = onDevice;
-  inMemory_ = inMemory;
-  reflective_ = reflective;
-  keepsDepths_ = depths;
+  kept_ = kept;
   color_ = gl::Texture::make2D("impostor", GL_RGBA16F, size_, size_, 0);
   depth_ = gl::Texture::make2D("impostor's depth", GL_DEPTH_COMPONENT32F, size_, size_);
   target_ = gl::Framebuffer("impostor", {{.texture = color_}}, {.texture = depth_});
-  if (!reflective_) return;
+  if (!kept_.normals) return;
   normal_ = gl::Texture::make2D("impostor's normals", GL_RGBA16F, size_, size_, 0);
   specular_ = gl::Texture::make2D("impostor's specular level", GL_RGBA16F, size_, size_, 0);
   reflectiveTarget_ = gl::Framebuffer(
@@ -35,50 +38,68 @@ void Images::forgetAll() {
   for (Slot& slot : slots_) slot.used = false;
 }
 
-std::uint64_t Images::bytesOf(int textureSize, bool normals) {
+void Images::retain(const std::vector<Impostor>& impostors) {
+  std::multimap<int, const Impostor*> byObject;
+  for (const Impostor& impostor : impostors) byObject.emplace(impostor.object, &impostor);
+  for (Slot& slot : slots_) {
+    const auto [begin, end] = byObject.equal_range(slot.object);
+    slot.used = std::any_of(begin, end, [&](const auto& of) { return slot.shows(*of.second); });
+  }
+}
+
+void Images::limit(std::size_t most) {
+  if (slots_.size() <= most) return;
+  slots_.clear();
+  colorsInMemory_.clear();
+  normalsInMemory_.clear();
+  colors_ = {};
+  normals_ = {};
+  depths_ = {};
+}
+
+std::uint64_t Images::bytesOf(int textureSize, const Kept& kept, bool reflective) {
   const auto side = static_cast<std::uint64_t>(textureSize) + 2;
   constexpr std::uint64_t kTexelBytes = 8;
-  return (normals ? 3 : 1) * kTexelBytes * side * side * 4 / 3;  // with mip levels
+  const std::uint64_t image = kTexelBytes * side * side * 4 / 3;  // with mip levels
+  // On the device all layers have normals and depths
+  const std::uint64_t depths = kept.depths ? sizeof(float) * side * side : 0;
+  return (kept.inMemory ? (kept.normals && reflective ? 3 : 1) * image : 0) +
+         (kept.onDevice ? (kept.normals ? 3 : 1) * image + depths : 0);
 }
 
 bool Images::grow(std::size_t layers, std::size_t most) {
   if (layers <= slots_.size()) return false;
   const std::size_t count = std::max(layers, std::min(2 * slots_.size(), most));
-  if (onDevice_) slots_.clear();  // the textures are made anew
+  if (kept_.onDevice) slots_.clear();  // the textures are made anew
   slots_.resize(count);
-  if (inMemory_) {
+  if (kept_.inMemory) {
     colorsInMemory_.resize(slots_.size());
-    if (reflective_) normalsInMemory_.resize(2 * slots_.size());
+    if (kept_.normals) normalsInMemory_.resize(2 * slots_.size());
   }
-  if (!onDevice_) return true;
+  if (!kept_.onDevice) return true;
   colors_ =
       gl::Texture::makeArray("impostors", GL_RGBA16F, size_, size_, static_cast<int>(count), 0);
   colors_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
-  if (reflective_) {
+  if (kept_.normals) {
     // Two layers each: normals, s
     normals_ = gl::Texture::makeArray("impostors' normals", GL_RGBA16F, size_, size_,
                                       2 * static_cast<int>(count), 0);
     normals_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
   }
-  if (keepsDepths_)
+  if (kept_.depths)
     depths_ = gl::Texture::makeArray("depth maps", GL_R32F, size_, size_, static_cast<int>(count));
   return true;
 }
 
 std::vector<int> Images::keep(const std::vector<Impostor>& impostors, std::span<const int> needed) {
-  kept_ = 0;
+  reused_ = 0;
   layerOf_.assign(impostors.size(), -1);
   std::vector<bool> taken(slots_.size(), false);
-  const auto shows = [](const Slot& slot, const Impostor& impostor) {
-    return slot.used && slot.object == impostor.object && slot.slab == impostor.slab &&
-           slot.depth == impostor.depth && slot.peeled == impostor.peeled &&
-           slot.camera == impostor.camera;
-  };
   std::vector<int> fresh;
   for (const int index : needed) {
     const Impostor& impostor = impostors[static_cast<std::size_t>(index)];
     std::size_t s = 0;
-    while (s < slots_.size() && (taken[s] || !shows(slots_[s], impostor))) ++s;
+    while (s < slots_.size() && (taken[s] || !slots_[s].shows(impostor))) ++s;
     if (s == slots_.size()) {
       fresh.push_back(index);
       continue;
@@ -86,14 +107,14 @@ std::vector<int> Images::keep(const std::vector<Impostor>& impostors, std::span<
     taken[s] = true;
     slots_[s].neededBy = updates_;
     layerOf_[static_cast<std::size_t>(index)] = static_cast<int>(s);
-    ++kept_;
+    ++reused_;
   }
   return fresh;
 }
 
 void Images::update(Services& services, const std::vector<Impostor>& impostors,
                     std::span<const int> needed, std::size_t most, const Drawn& drawn) {
-  drawn_ = kept_ = 0;
+  drawn_ = reused_ = 0;
   ++updates_;
   drawnNow_.assign(impostors.size(), false);
   std::vector<int> fresh = keep(impostors, needed);
@@ -138,7 +159,7 @@ std::uint64_t Images::clampedTexels() const {
 
 std::uint64_t Images::draw(Services& services, const Impostor& impostor, int layer,
                            const Drawn& drawn, int index) {
-  const bool normals = reflective_ && impostor.reflective;
+  const bool normals = kept_.normals && impostor.reflective;
   const gl::Framebuffer& target = normals ? reflectiveTarget_ : target_;
   const gl::DrawScope scope{gl::DrawState()};
   const Camera& camera = impostor.camera;
@@ -167,7 +188,7 @@ std::uint64_t Images::draw(Services& services, const Impostor& impostor, int lay
       glCopyImageSubData(from.id(), GL_TEXTURE_2D, level, 0, 0, 0, to.id(), GL_TEXTURE_2D_ARRAY,
                          level, 0, 0, at, to.levelWidth(level), to.levelHeight(level), 1);
   };
-  if (onDevice_) {
+  if (kept_.onDevice) {
     keep(color_, colors_, layer);
     if (normals) {
       keep(normal_, normals_, 2 * layer);
@@ -175,7 +196,7 @@ std::uint64_t Images::draw(Services& services, const Impostor& impostor, int lay
     }
   }
   std::uint64_t clamped = 0;
-  if (inMemory_) {
+  if (kept_.inMemory) {
     const auto at = static_cast<std::size_t>(layer);
     clamped = colorsInMemory_[at].read(color_);
     if (normals) {
@@ -185,10 +206,12 @@ std::uint64_t Images::draw(Services& services, const Impostor& impostor, int lay
   } else {
     clamped = raster::clampedTexels(color_);
   }
-  if (!impostor.depth) return clamped;
-  texels_ = raster::readDepth(depth_);
-  if (onDevice_) depths_.upload(0, layer, GL_RED, GL_FLOAT, texels_.data());
-  drawn(index, layer, texels_);
+  texels_.clear();
+  if (impostor.depth) {
+    texels_ = raster::readDepth(depth_);
+    if (kept_.onDevice) depths_.upload(0, layer, GL_RED, GL_FLOAT, texels_.data());
+  }
+  if (drawn) drawn(index, layer, texels_);
   return clamped;
 }
 

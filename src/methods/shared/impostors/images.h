@@ -1,9 +1,9 @@
 // The images of impostors on the GPU. They are drawn when needed, and kept while valid.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <span>
 #include <vector>
 
@@ -16,22 +16,31 @@ namespace catoptric::methods::impostors {
 
 class Images {
  public:
-  /// `reflective`: normals are drawn too; `depths`: depth maps are kept and passed to callbacks;
-  /// `inMemory`, `onDevice`: where images are kept.
-  void prepare(int textureSize, bool reflective, bool depths, bool inMemory, bool onDevice);
+  /// `normals`: reflective impostors have normals, too; `depths`: depth maps are kept on the
+  /// device.
+  struct Kept {
+    bool normals = false;
+    bool depths = false;
+    bool inMemory = false;
+    bool onDevice = true;
+  };
+  void prepare(int textureSize, const Kept& kept);
 
   /// Marks the images of these objects as outdated. forgetAll(): after changes of lights.
   void forget(std::span<const int> objects);
   void forgetAll();
+  /// Marks the images as outdated that none of `impostors` has.
+  void retain(const std::vector<Impostor>& impostors);
+  /// Drops all images if there are more than `most`.
+  void limit(std::size_t most);
 
-  /// Bytes of one image with its mip levels. `normals`: the image of a reflective impostor, which
-  /// also stores normals and s.
-  static std::uint64_t bytesOf(int textureSize, bool normals);
+  /// Bytes of one image with its mip levels.
+  static std::uint64_t bytesOf(int textureSize, const Kept& kept, bool reflective);
 
   /// Draws the images of `needed` (indices of `impostors`) that are outdated, as step `impostors`.
   /// Other images are kept as long as there are at most `most` images in all. layerOf() is valid
-  /// until the next call. `drawn(impostor, layer, depth texels)` is called for each depth map that
-  /// was drawn.
+  /// until the next call. `drawn(impostor, layer, depth texels)` is called for each image that was
+  /// drawn; the texels are empty unless it is a depth map.
   using Drawn = std::function<void(int, int, std::span<const float>)>;
   void update(Services& services, const std::vector<Impostor>& impostors,
               std::span<const int> needed, std::size_t most, const Drawn& drawn);
@@ -39,9 +48,13 @@ class Images {
   /// The layer of an impostor's image; -1: not needed in this frame.
   int layerOf(int impostor) const { return layerOf_[static_cast<std::size_t>(impostor)]; }
   bool drawnNow(int impostor) const { return drawnNow_[static_cast<std::size_t>(impostor)]; }
-  int layers() const { return static_cast<int>(slots_.size()); }
+  std::size_t layers() const { return slots_.size(); }
+  /// Layers with a depth map, outdated ones included.
+  std::size_t maps() const {
+    return static_cast<std::size_t>(std::ranges::count(slots_, true, &Slot::depth));
+  }
   std::uint64_t drawnCount() const { return drawn_; }
-  std::uint64_t keptCount() const { return kept_; }
+  std::uint64_t reusedCount() const { return reused_; }
   /// Number of clamped texels in the needed images, whenever they were drawn.
   std::uint64_t clampedTexels() const;
 
@@ -62,6 +75,7 @@ class Images {
     Camera camera;
     std::uint64_t clampedTexels = 0;
     std::uint64_t neededBy = 0;  ///< number of the last update() that needed the image
+    bool shows(const Impostor& impostor) const;
   };
   /// Whether it made more slots; where images are on the device, all are then lost.
   bool grow(std::size_t layers, std::size_t most);
@@ -72,16 +86,13 @@ class Images {
                      int index);
 
   int size_ = 0;
-  bool reflective_ = false;
-  bool keepsDepths_ = false;
-  bool inMemory_ = false;
-  bool onDevice_ = true;
+  Kept kept_;
   std::vector<Slot> slots_;
   std::uint64_t updates_ = 0;
   std::vector<int> layerOf_;
   std::vector<bool> drawnNow_;
   std::uint64_t drawn_ = 0;
-  std::uint64_t kept_ = 0;
+  std::uint64_t reused_ = 0;
   gl::Texture colors_;   ///< RGBA16F, all levels: radiance times coverage, coverage
   gl::Texture normals_;  ///< RGBA16F, all levels: normal, s, both times coverage
   gl::Texture depths_;   ///< R32F: g of Camera::rows(), 0 on the background

@@ -11,7 +11,7 @@ namespace {
 /// A ball, and images of it.
 struct BallImages {
   BallImages() : stage(ball(), test::framesOf(16, 16, 1)) {
-    images.prepare(8, false, true, true, false);
+    images.prepare(8, {.depths = true, .inMemory = true, .onDevice = false});
   }
 
   static scene::Scene ball() {
@@ -31,7 +31,7 @@ struct BallImages {
     int maps = 0;
     Services services = stage.services();
     images.update(services, impostors, needed, 8,
-                  [&](int, int, std::span<const float>) { ++maps; });
+                  [&](int, int, std::span<const float> texels) { maps += texels.empty() ? 0 : 1; });
     return maps;
   }
 
@@ -46,7 +46,25 @@ TEST(Images, ABillboardIsNoDepthMapOfTheSameCamera) {
   EXPECT_EQ(ball.update(both, {0}), 0);
   EXPECT_EQ(ball.update(both, {1}), 1);
   EXPECT_EQ(ball.update(both, {0, 1}), 0);
-  EXPECT_EQ(ball.images.keptCount(), 2u);
+  EXPECT_EQ(ball.images.reusedCount(), 2u);
+}
+
+TEST(Images, ImagesThatNoReflectorHasAnyMoreGiveWay) {
+  BallImages ball;
+  std::vector<Impostor> seen = {ball.seenAlong({0, 0, -1}, false)};
+  for (int i = 0; i < 6; ++i) {
+    seen.front().camera.eye.x += 0.1f;  // as of a reflector that moves
+    ball.images.retain(seen);
+    ball.update(seen, {0});
+    EXPECT_EQ(ball.images.drawnCount(), 1u);
+  }
+  EXPECT_EQ(ball.images.layers(), 1u);
+  ball.update(seen, {0});
+  EXPECT_EQ(ball.images.drawnCount(), 0u);
+  ball.images.limit(0);
+  EXPECT_EQ(ball.images.layers(), 0u);
+  ball.update(seen, {0});
+  EXPECT_EQ(ball.images.drawnCount(), 1u);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "gl/context.h"
 #include "methods/shared/impostors/shaders/constants.h"
@@ -43,10 +44,11 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
       options_.intersectOn == Unit::Processor ||
       (options_.intersectOn == Unit::Auto && gl::Context::current().info().software);
   onProcessor_ = processor && reflectors_.mirrors();
-  const bool shader = reflectors_.glossy || !onProcessor_;
-  images_.prepare(options_.textureSize, options_.bounces > 1, kind_ == Kind::DepthMap, onProcessor_,
-                  shader);
-  planes_.prepare(options_.planeSize, options_.bounces > 1, false, onProcessor_, shader);
+  kept_ = keptIn(onProcessor_, reflectors_.glossy || !onProcessor_);
+  images_.prepare(options_.textureSize, kept_);
+  Images::Kept ofPlanes = kept_;
+  ofPlanes.depths = false;
+  planes_.prepare(options_.planeSize, ofPlanes);
   isMirror_.assign(count + 1, 0);
   for (std::size_t id = 1; id <= count; ++id) {
     const raster::SampleClass kind = reflectors_.classOf[id];
@@ -82,7 +84,7 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
                             {.texture = gbuffer.depth});
   if (!services.scene.animated()) {
     follow({}, services);
-    drawEnvironment({}, services);
+    drawEnvironment(services);
   }
 }
 
@@ -108,7 +110,10 @@ void ImpostorMethod::follow(const FrameInput& input, Services& services) {
   }
   lights_ = services.lighting.lights;
   choice_ = choose(options_, kind_, services.scene, geometry, shapes_, reflects_, mirrors_);
-  costs_ = costsOf(choice_.impostors, !services.scene.animated());
+  costs_ = costsOf(choice_.impostors, !services.scene.animated(), kept_);
+  images_.retain(choice_.impostors);
+  planes_.retain(choice_.impostors);
+  environmentOutdated_ = true;
 }
 
 std::vector<int> ImpostorMethod::visibleReflectors(const FrameInput& input,
@@ -227,10 +232,8 @@ void ImpostorMethod::uploadTable() {
   listsTexture_ = gl::Texture::makeBuffer("lists of impostors", GL_R32I, lists_);
 }
 
-void ImpostorMethod::drawEnvironment(const FrameInput& input, Services& services) {
-  const bool moved =
-      services.scene.animated() && (input.firstOfSequence || !input.changedObjects.empty());
-  if (!cubeMap_.empty() && !moved) return;
+void ImpostorMethod::drawEnvironment(Services& services) {
+  if (!std::exchange(environmentOutdated_, false)) return;
   std::vector<int> without;
   const bool shares = options_.transitionHeight > 0.0f && options_.shareEnvironment;
   const Vec3 centre = services.geometry.bounds.centre();
@@ -263,7 +266,7 @@ void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOu
   if (!reflectors_.any()) return;
   follow(input, services);
   share(input, services);
-  if (!visible_.empty()) drawEnvironment(input, services);
+  if (!visible_.empty()) drawEnvironment(services);
   drawImages(services, output);
   ProcessorCounts counts;
   if (onProcessor_) counts = intersectOnProcessor(input, services);
@@ -294,19 +297,37 @@ void ImpostorMethod::drawImages(Services& services, FrameOutput& output) {
   std::vector<int> planes;
   std::vector<int> others;
   std::uint64_t bytes = 0;
+  std::size_t maps = 0;
   for (const int index : needed_) {
     const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(index)];
     (impostor.plane ? planes : others).push_back(index);
     bytes += costs_[static_cast<std::size_t>(index)].bytes;
+    maps += impostor.depth ? 1 : 0;
   }
-  // What is left of the memory may keep images that this frame does not need
-  const std::uint64_t left = options_.memoryBytes - std::min(options_.memoryBytes, bytes);
-  const bool normals = options_.bounces > 1;
-  const std::uint64_t quad = Images::bytesOf(options_.textureSize, normals) + mapBytes();
-  const std::uint64_t plane = Images::bytesOf(options_.planeSize, normals);
-  planes_.update(services, choice_.impostors, planes, planes.size() + left / 2 / plane, {});
-  images_.update(services, choice_.impostors, others, others.size() + left / 2 / quad,
-                 [&](int, int layer, std::span<const float> texels) { mapDrawn(layer, texels); });
+  const auto without = [&](std::uint64_t used) {
+    return options_.memoryBytes - std::min(options_.memoryBytes, used);
+  };
+  const std::uint64_t plane = bytesOf({.plane = Plane(), .reflective = true}, kept_);
+  const std::uint64_t quad = bytesOf({.reflective = true}, kept_);
+  const auto bytesOfPlanes = [&] { return std::max(planes_.layers(), planes.size()) * plane; };
+  const auto bytesOfOthers = [&] {
+    return std::max(images_.layers(), others.size()) * quad +
+           std::max(images_.maps(), maps) * mapBytes();
+  };
+  // Half of the memory that is left may keep images that this frame does not need
+  const auto most = [&](std::size_t needed, std::uint64_t ofOne, std::uint64_t ofOthers) {
+    const std::uint64_t fitting = without(ofOthers) / ofOne;
+    return std::max(needed, std::min(needed + without(bytes) / 2 / ofOne, fitting));
+  };
+  if (bytesOfPlanes() + bytesOfOthers() > options_.memoryBytes) {
+    planes_.limit(most(planes.size(), plane, 0));
+    images_.limit(most(others.size(), quad + mapBytes(), 0));
+  }
+  planes_.update(services, choice_.impostors, planes, most(planes.size(), plane, bytesOfOthers()),
+                 {});
+  images_.update(services, choice_.impostors, others,
+                 most(others.size(), quad + mapBytes(), bytesOfPlanes()),
+                 [&](int, int layer, std::span<const float> texels) { imageDrawn(layer, texels); });
   mapsReady(services, output, images_.layers());
   makeLines(services);
 }
@@ -401,7 +422,7 @@ ProcessorCounts ImpostorMethod::intersectOnProcessor(const FrameInput& input, Se
 
 void ImpostorMethod::report(const Services&, FrameOutput& output) const {
   output.counters["impostors_rendered"] = images_.drawnCount() + planes_.drawnCount();
-  output.counters["impostors_reused"] = images_.keptCount() + planes_.keptCount();
+  output.counters["impostors_reused"] = images_.reusedCount() + planes_.reusedCount();
   output.counters["enclosing"] = choice_.enclosing;
   output.counters["left_in_map"] = choice_.left;
   output.counters["coinciding"] = choice_.coinciding;

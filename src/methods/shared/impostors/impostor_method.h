@@ -39,16 +39,18 @@ class ImpostorMethod : public Method {
   /// The fragment shader of the pass, and the defines with which it is compiled.
   virtual std::string fragment() const = 0;
   virtual std::vector<gl::Define> defines() const { return {}; }
-  /// Called in this order: before the first frame; for each depth map that was drawn; after all
-  /// were drawn, with the number of layers; before the pass.
+  /// Called in this order: before the first frame; for each image that was drawn, without texels
+  /// unless it is a depth map; after all were drawn, with the number of layers; before the pass.
   virtual void prepareMaps() {}
-  virtual void mapDrawn(int /*layer*/, std::span<const float> /*texels*/) {}
-  virtual void mapsReady(Services& /*services*/, FrameOutput& /*output*/, int /*layers*/) {}
+  virtual void imageDrawn(int /*layer*/, std::span<const float> /*texels*/) {}
+  virtual void mapsReady(Services& /*services*/, FrameOutput& /*output*/, std::size_t /*layers*/) {}
   virtual void bindMaps(gl::Program& /*program*/) {}
   /// Intersects rays with the depth map of a layer on the CPU. Returns the amount of work.
   virtual std::uint64_t meetMap(int /*layer*/, MapRays& /*rays*/) const { return 0; }
-  /// Bytes of memory that a depth map takes besides its images.
+  /// Bytes that a depth map takes in memory, and those that each image takes on the device, besides
+  /// Images::bytesOf().
   virtual std::uint64_t mapBytes() const { return 0; }
+  virtual std::uint64_t deviceBytes() const { return 0; }
   /// The counter of the work per sample.
   virtual const char* workCounter() const = 0;
 
@@ -60,15 +62,22 @@ class ImpostorMethod : public Method {
  private:
   void follow(const FrameInput& input, Services& services);
   std::vector<int> visibleReflectors(const FrameInput& input, const Services& services) const;
+  /// Bytes of an impostor's image, and of what is made of it.
+  std::uint64_t bytesOf(const Impostor& impostor, Images::Kept kept) const;
   /// The cost of each impostor's image. `lasts`: an image serves several frames.
-  std::vector<Cost> costsOf(std::span<const Impostor> impostors, bool lasts) const;
+  std::vector<Cost> costsOf(std::span<const Impostor> impostors, bool lasts,
+                            const Images::Kept& kept) const;
+  Images::Kept keptIn(bool memory, bool device) const {
+    return {options_.bounces > 1, kind_ == Kind::DepthMap, memory, device};
+  }
   /// The limit on the cost of all images of a frame.
   Cost mostOf(const RunSettings& settings, bool lasts, std::uint64_t rays) const;
   /// Decides which reflectors of the frame are shaded with impostors, and which with traced rays.
   void share(const FrameInput& input, Services& services);
   void shareByDemand(const FrameInput& input, Services& services, bool lasts);
   std::vector<int> neededOf(std::span<const int> reflectors) const;
-  void addNeeded(const ImpostorList& list, std::vector<int>& needed) const;
+  /// Marks the impostors that rays of this list may meet.
+  void addNeeded(const ImpostorList& list, std::vector<bool>& needed) const;
   void drawImages(Services& services, FrameOutput& output);
   void traceOthers(const FrameInput& input, Services& services, FrameOutput& output);
   int wayOf(const Impostor& impostor) const;
@@ -82,7 +91,7 @@ class ImpostorMethod : public Method {
   ImpostorLines linesOf(int index, const Services& services) const;
   void makeLines(const Services& services);
   void uploadTable();
-  void drawEnvironment(const FrameInput& input, Services& services);
+  void drawEnvironment(Services& services);
   void intersect(const FrameInput& input, Services& services);
   ProcessorCounts intersectOnProcessor(const FrameInput& input, Services& services);
   void pass(gl::Program& program, const FrameInput& input, Services& services,
@@ -100,6 +109,7 @@ class ImpostorMethod : public Method {
   std::vector<frame::WorldLight> lights_;
   std::vector<Shape> shapes_;
   Choice choice_;
+  Images::Kept kept_;
   Images images_;  ///< quads and depth maps
   Images planes_;  ///< images of the planes of objects
   CubeMap cubeMap_;
@@ -114,6 +124,7 @@ class ImpostorMethod : public Method {
   Bands bands_;
   std::vector<ImpostorLines> lines_;  ///< by impostor
   bool onProcessor_ = false;
+  bool environmentOutdated_ = true;
   Processor processor_;
   std::vector<std::uint8_t> isMirror_;  ///< by object id: mirrors that the CPU shades
   gl::Program mirror_;

@@ -48,17 +48,22 @@ std::uint64_t samplesOf(const RunSettings& settings) {
 
 }  // namespace
 
-std::vector<Cost> ImpostorMethod::costsOf(std::span<const Impostor> impostors, bool lasts) const {
+std::uint64_t ImpostorMethod::bytesOf(const Impostor& impostor, Images::Kept kept) const {
+  kept.depths = kept.depths && !impostor.plane;
+  const int size = impostor.plane ? options_.planeSize : options_.textureSize;
+  return Images::bytesOf(size, kept, impostor.reflective) +
+         (kept.onDevice && !impostor.plane ? deviceBytes() : 0) + (impostor.depth ? mapBytes() : 0);
+}
+
+std::vector<Cost> ImpostorMethod::costsOf(std::span<const Impostor> impostors, bool lasts,
+                                          const Images::Kept& kept) const {
   constexpr double kRows = 3.0;  // to simplify a depth map's rows, as texels; ours
-  const std::uint64_t ofMap = kind_ == Kind::DepthMap ? mapBytes() : 0;
   std::vector<Cost> costs;
   for (const Impostor& impostor : impostors) {
     const int size = impostor.plane ? options_.planeSize : options_.textureSize;
     const bool rows = impostor.depth && options_.intersection != Intersection::Walk;
     const double draws = 1.0 + impostor.peeled + (rows ? kRows : 0.0);
-    costs.push_back({Images::bytesOf(size, options_.bounces > 1 && impostor.reflective) +
-                         (impostor.depth ? ofMap : 0),
-                     draws * size * size / (lasts ? kFrames : 1.0)});
+    costs.push_back({bytesOf(impostor, kept), draws * size * size / (lasts ? kFrames : 1.0)});
   }
   return costs;
 }
@@ -84,18 +89,12 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
       scene, scene::poseAt(scene, settings.path ? settings.path->frame(1).timeSeconds : 0.0));
   const Choice choice = choose(options_, kind_, scene, geometry, shapesOf(geometry),
                                reflectors.reflects(), findReflectors(scene).reflects());
+  const bool inMemory = options_.intersectOn != Unit::Device && reflectors.mirrors();
   Cost all;
-  double bytesPerTexel = 0.0;
-  for (const Cost& cost : costsOf(choice.impostors, !again)) {
+  for (const Cost& cost :
+       costsOf(choice.impostors, !again, keptIn(inMemory, reflectors.glossy || !inMemory)))
     all.add(cost);
-    bytesPerTexel = std::max(bytesPerTexel, static_cast<double>(cost.bytes) / cost.texels);
-  }
   const std::uint64_t samples = samplesOf(settings);
-  const Cost most = mostOf(settings, !again, samples * (reflectors.glossy ? shared::kLobeRays : 1));
-  const double bytes =
-      std::min({static_cast<double>(all.bytes), static_cast<double>(most.bytes),
-                all.texels > most.texels ? std::max(0.0, most.texels) * bytesPerTexel
-                                         : static_cast<double>(all.bytes)});
   const std::string images = std::to_string(choice.impostors.size()) + " of " +
                              std::to_string(std::ranges::count(choice.chosen, true)) +
                              " objects for " + std::to_string(reflectors.count()) +
@@ -103,8 +102,6 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   // Later poses may need more
   plan.trace = options_.fallback == Fallback::Traced &&
                (again || reflectors.glossy || !all.within(mostOf(settings, true, 0)));
-  if (options_.fallback == Fallback::None && !again && all.bytes > options_.memoryBytes)
-    throw beyondMemory(all.bytes, choice.impostors.size());
   plan.items = {
       {again ? "pass" : "precomputation", "cube_map",
        again ? "drawn again in frames in which something moved" : "drawn once: nothing moves"},
@@ -114,8 +111,8 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
       {"pass", "readback", "marks of the samples are counted"},
       {"resource", "cube map", "RGBA16F with mip levels", cubeMapBytes(options_.faceSize, 8)},
       {"resource", "images",
-       images + (bytes < static_cast<double>(all.bytes) ? ", as many as fit" : ", at most"),
-       static_cast<std::uint64_t>(bytes)},
+       images + (all.bytes > options_.memoryBytes ? ", as many as fit" : ", at most"),
+       std::min(all.bytes, options_.memoryBytes)},
       {"resource", "marks", "R32UI by sample", 4 * samples}};
   if (plan.trace) {
     plan.masks |= raster::kMaskRetraced;
@@ -129,24 +126,26 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   return plan;
 }
 
-void ImpostorMethod::addNeeded(const ImpostorList& list, std::vector<int>& needed) const {
-  needed.insert(needed.end(), list.members.begin(), list.members.end());
-  if (options_.bounces < 2) return;
+void ImpostorMethod::addNeeded(const ImpostorList& list, std::vector<bool>& needed) const {
   for (const int i : list.members) {
+    needed[static_cast<std::size_t>(i)] = true;
+    if (options_.bounces < 2) continue;
     const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(i)];
     if (!impostor.reflective) continue;
     const ImpostorList& second = choice_.listOf[static_cast<std::size_t>(impostor.object)];
-    const auto count = static_cast<std::ptrdiff_t>(
-        options_.secondDiffuse ? second.members.size() : static_cast<std::size_t>(second.diffuse));
-    needed.insert(needed.end(), second.members.begin(), second.members.begin() + count);
+    const auto count =
+        options_.secondDiffuse ? second.members.size() : static_cast<std::size_t>(second.diffuse);
+    for (std::size_t m = 0; m < count; ++m)
+      needed[static_cast<std::size_t>(second.members[m])] = true;
   }
 }
 
 std::vector<int> ImpostorMethod::neededOf(std::span<const int> reflectors) const {
+  std::vector<bool> seen(choice_.impostors.size(), false);
+  for (const int r : reflectors) addNeeded(shown_[static_cast<std::size_t>(r)], seen);
   std::vector<int> needed;
-  for (const int r : reflectors) addNeeded(shown_[static_cast<std::size_t>(r)], needed);
-  std::ranges::sort(needed);
-  needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    if (seen[i]) needed.push_back(static_cast<int>(i));
   return needed;
 }
 
@@ -217,8 +216,8 @@ void ImpostorMethod::traceOthers(const FrameInput& input, Services& services, Fr
   const auto counts =
       traceSamples({*services.trace, tracing_, own, settings_.masks, raster::kMaskRetraced},
                    input.frame.camera, services, bands_);
-  for (std::size_t at = 0; at < copy_.object.size(); ++at)
-    output.counters["traced_samples"] += copy_.object[at] > 0 && traced_[copy_.object[at] - 1];
+  output.counters["traced_samples"] = static_cast<std::uint64_t>(std::ranges::count_if(
+      copy_.object, [&](std::uint32_t id) { return id > 0 && traced_[id - 1]; }));
   output.counters["below_horizon"] += counts.belowHorizon;
 }
 
