@@ -70,28 +70,37 @@ bool lastError(const SignedError& last, float x, float y, int object, float dist
 /// Sums over tiles of kTile x kTile pixels.
 class Tiles {
  public:
-  explicit Tiles(int width)
-      : columns_(static_cast<std::size_t>((width + MotionError::kTile - 1) / MotionError::kTile)) {}
+  Tiles(int width, int height)
+      : width_(width),
+        height_(height),
+        columns_((width + kTile - 1) / kTile),
+        sums_(static_cast<std::size_t>(columns_) * ((height + kTile - 1) / kTile)) {}
 
   void add(int x, int y, int sum) {
-    const std::size_t tile = static_cast<std::size_t>(y / MotionError::kTile) * columns_ +
-                             static_cast<std::size_t>(x / MotionError::kTile);
-    if (tile >= sums_.size()) sums_.resize(tile + 1);
-    sums_[tile] += sum;
+    sums_[static_cast<std::size_t>(y / kTile) * columns_ + x / kTile] += sum;
   }
-  /// The middle of the tile with the largest sum, and its mean per pixel and channel.
+  /// The middle of the tile with the largest mean per pixel and channel, and this mean.
   void largest(MotionError& result) const {
-    const auto found = std::max_element(sums_.begin(), sums_.end());
-    if (found == sums_.end()) return;
-    const auto tile = static_cast<std::size_t>(found - sums_.begin());
-    result.worstX = static_cast<int>(tile % columns_) * MotionError::kTile + MotionError::kTile / 2;
-    result.worstY = static_cast<int>(tile / columns_) * MotionError::kTile + MotionError::kTile / 2;
-    result.worstTile =
-        static_cast<double>(*found) / (3.0 * MotionError::kTile * MotionError::kTile);
+    result.worstTile = -1.0;
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      const int x0 = static_cast<int>(i) % columns_ * kTile;
+      const int y0 = static_cast<int>(i) / columns_ * kTile;
+      const int x1 = std::min(width_, x0 + kTile);
+      const int y1 = std::min(height_, y0 + kTile);
+      const double mean = static_cast<double>(sums_[i]) / (3.0 * (x1 - x0) * (y1 - y0));
+      if (mean <= result.worstTile) continue;
+      result.worstTile = mean;
+      result.worstX = (x0 + x1) / 2;
+      result.worstY = (y0 + y1) / 2;
+    }
   }
 
  private:
-  std::size_t columns_;
+  static constexpr int kTile = MotionError::kTile;
+
+  int width_;
+  int height_;
+  int columns_;
   std::vector<std::int64_t> sums_;
 };
 
@@ -114,6 +123,7 @@ SignedError signedError(const Image& image, const Image& reference, const std::s
   e.steps.resize(3 * pixels);
   e.counted.assign(pixels, 1);
   if (classes.id()) e.objects.resize(pixels);
+  e.reflectors = classes.reflectors();
   if (distance) e.distance.resize(pixels);
   if (motion[0] && motion[1] && motion[2]) e.motion.resize(3 * pixels);
   for (std::size_t p = 0; p < pixels; ++p) {
@@ -130,6 +140,10 @@ SignedError signedError(const Image& image, const Image& reference, const std::s
     for (std::size_t c = 0; c < 3 && !e.motion.empty(); ++c) e.motion[3 * p + c] = motion[c].at(p);
   }
   return e;
+}
+
+double Flicker::mean() const {
+  return quotient(sum, 3.0 * static_cast<double>(pixels));
 }
 
 double MotionError::steady() const {
@@ -162,7 +176,7 @@ std::vector<float> MotionMeter::addPair(int number, const SignedError& now) {
   ++result_.pairs;
   result_.hasReflective = result_.hasReflective || now.hasReflective;
   Flicker& frame = result_.frames[number];
-  Tiles tiles(now.width);
+  Tiles tiles(now.width, now.height);
   std::vector<float> changes(now.counted.size());
   for (int y = 0; y < now.height; ++y)
     for (int x = 0; x < now.width; ++x) {
@@ -173,14 +187,13 @@ std::vector<float> MotionMeter::addPair(int number, const SignedError& now) {
       changes[p] = static_cast<float>(sum) / 3.0f;
       addPixel(frame, sum);
       tiles.add(x, y, sum);
-      if (!now.objects.empty() && !last_->objects.empty() && now.objects[p] != 0 &&
-          now.objects[p] == last_->objects[p])
+      if (!now.objects.empty() && !last_->objects.empty() && now.objects[p] == last_->objects[p] &&
+          now.reflectors.contains(now.objects[p]))
         addPixel(result_.objects[now.objects[p]], sum);
     }
   result_.all.pixels += frame.pixels;
   result_.all.sum += frame.sum;
-  if (frame.mean() > worst_) {
-    worst_ = frame.mean();
+  if (result_.worstFrame == 0 || frame.mean() > result_.frames.at(result_.worstFrame).mean()) {
     result_.worstFrame = number;
     tiles.largest(result_);
   }

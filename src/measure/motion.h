@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct SignedError {
   std::vector<std::uint8_t> counted;  ///< 1: the pixel is reflective; all are 1 if no layer tells
   bool hasReflective = false;
   std::vector<int> objects;     ///< layer id.object; empty without it
+  std::set<int> reflectors;     ///< ids of reflective objects, see Classes::reflectors()
   std::vector<float> distance;  ///< layer Z, metres; empty without it
   std::vector<float> motion;    ///< layers motion.X, .Y, .Z: 3 per pixel; empty without them
 };
@@ -35,7 +37,7 @@ struct Flicker {
   std::uint64_t pixels = 0;  ///< number of pixels, summed over all pairs of frames
   double sum = 0.0;
 
-  double mean() const { return pixels > 0 ? sum / (3.0 * static_cast<double>(pixels)) : 0.0; }
+  double mean() const;
 };
 
 /// Stability of a sequence. Only pairs of consecutive frames count.
@@ -45,7 +47,7 @@ struct MotionError {
   bool hasReflective = false;      ///< whether only reflective pixels count
   Flicker all;                     ///< at fixed pixels that count in both frames
   std::map<int, Flicker> frames;   ///< by the later frame of a pair
-  std::map<int, Flicker> objects;  ///< pixels that have the same id.object in both frames
+  std::map<int, Flicker> objects;  ///< by reflector; pixels that show it in both frames
   bool hasMotion = false;          ///< whether the layers for alongMotion exist
   Flicker alongMotion;          ///< E_t-1 is read where the surface point was in the previous frame
   std::uint64_t unmatched = 0;  ///< pixels whose surface point was hidden or outside the previous
@@ -56,7 +58,8 @@ struct MotionError {
   double steadySquared = 0.0;
   double unsteadySquared = 0.0;
   int worstFrame = 0;  ///< frame with the largest flicker; 0: no pairs
-  int worstX = 0;  ///< middle of the tile of kTile x kTile pixels that flickers most in worstFrame
+  int worstX = 0;  ///< middle of the tile of kTile x kTile pixels that flickers most in worstFrame,
+                   ///< by the mean over its pixels in the frame
   int worstY = 0;
   double worstTile = 0.0;  ///< flicker of that tile, display steps
 
@@ -85,7 +88,6 @@ class MotionMeter {
   MotionError result_;
   std::optional<SignedError> last_;
   int lastNumber_ = 0;
-  double worst_ = -1.0;
   // The current window: per pixel, in how many frames it counted; per value, sums of E and E^2
   int windowFrames_ = 0;
   std::vector<std::uint8_t> windowCounts_;

@@ -130,21 +130,24 @@ TEST(Motion, OnlyReflectivePixelsCountAndReflectorsAreApart) {
   MotionMeter meter;
   const Image truth = flat(32, 32, linearOf(100));
   for (int number = 1; number <= 2; ++number) {
-    // Left: no reflector; middle: object 3 changes by 6; right: object 5 changes by 2
+    // Left: no reflector; middle: object 3 changes by 6; right: object 5 changes by 2; far right:
+    // an edge of object 7, which is no reflector itself
     const Image frame = drawn([&](int x, int) {
-      return 100 + (number == 1 ? 0 : x < 8 ? 90 : x < 16 ? 6 : 2);
+      return 100 + (number == 1 ? 0 : x < 8 ? 90 : x < 16 ? 6 : x < 31 ? 2 : 40);
     });
     meter.add(number,
               signedError(
                   withLayers(frame, {"mask.reflective", "id.object"},
                              [](int x, int) {
-                               return std::vector<float>{x < 8 ? 0.0f : 0.5f, x < 16 ? 3.0f : 5.0f};
+                               if (x == 31) return std::vector<float>{0.5f, 7.0f};
+                               return std::vector<float>{x < 8 ? 0.0f : 1.0f, x < 16 ? 3.0f : 5.0f};
                              }),
                   truth));
   }
   const MotionError& motion = meter.result();
   EXPECT_TRUE(motion.hasReflective);
-  EXPECT_DOUBLE_EQ(motion.all.mean(), (6.0 * 8 + 2.0 * 16) / 24);
+  EXPECT_DOUBLE_EQ(motion.all.mean(), (6.0 * 8 + 2.0 * 15 + 40.0) / 24);
+  EXPECT_EQ(motion.objects.size(), 2u);
   EXPECT_DOUBLE_EQ(motion.objects.at(3).mean(), 6.0);
   EXPECT_DOUBLE_EQ(motion.objects.at(5).mean(), 2.0);
 }
@@ -165,6 +168,23 @@ TEST(Motion, TheWorstFrameAndItsPlaceAreFound) {
   EXPECT_EQ(meter.result().worstX, 24);
   EXPECT_EQ(meter.result().worstY, 8);
   EXPECT_DOUBLE_EQ(meter.result().worstTile, 80.0 * 16 / 256);
+}
+
+TEST(Motion, TheWorstPlaceLiesInTheFrame) {
+  // 20 x 18 pixels: the tiles at the right and lower border have 4 columns and 2 rows
+  const auto picture = [](int number) {
+    Image image = flat(20, 18, linearOf(100));
+    for (const int x : {2, 17})  // a fainter spot at the border, where it fills more of its tile
+      std::fill_n(image.data.begin() + (17 * 20 + x) * 3, 3,
+                  linearOf(number == 1 ? 100 : x == 2 ? 130 : 120));
+    return image;
+  };
+  MotionMeter meter;
+  for (const int number : {1, 2})
+    meter.add(number, signedError(picture(number), flat(20, 18, linearOf(100))));
+  EXPECT_EQ(meter.result().worstX, 18);
+  EXPECT_EQ(meter.result().worstY, 17);
+  EXPECT_DOUBLE_EQ(meter.result().worstTile, 20.0 / 8);
 }
 
 TEST(Motion, FramesBesideAGapMakeNoPair) {

@@ -26,7 +26,12 @@ RunComparison compareRuns(const RunData& run, const RunData& reference,
                      reference.folder.string() + " (" + std::to_string(run.frames.size()) +
                      " and " + std::to_string(reference.frames.size()) + " frames)");
 
-  // One frame a thread at a time; motion needs the frames in order
+  // One frame a thread at a time; motion needs the frames in order. A frame without neighbours is
+  // in no pair and in no window.
+  const auto hasNeighbour = [&](std::size_t i) {
+    return (i > 0 && common[i - 1] == common[i] - 1) ||
+           (i + 1 < common.size() && common[i + 1] == common[i] + 1);
+  };
   const auto batch = static_cast<std::size_t>(threadCount());
   measure::MotionMeter meter;
   for (std::size_t first = 0; first < common.size(); first += batch) {
@@ -41,21 +46,28 @@ RunComparison compareRuns(const RunData& run, const RunData& reference,
         const image::Image truth = image::readImage(reference.frames.at(number));
         measure::ErrorMaps maps;
         errors[i] = measure::compareImages(image, truth, file.string(), options, &maps);
-        signedErrors[i] = measure::signedError(image, truth, file.string());
+        if (hasNeighbour(first + i))
+          signedErrors[i] = measure::signedError(image, truth, file.string());
         if (!pictures.folder.empty())
           writeDifferences({image, truth, maps, errors[i], number, run.name, reference.name},
                            pictures.folder);
       }
     });
+    std::vector<int> widths(count);
+    std::vector<std::vector<float>> changes(count);
     for (std::size_t i = 0; i < count; ++i) {
       const int number = common[first + i];
       measure::addErrors(comparison.pooled, errors[i], number);
       comparison.frames[number] = std::move(errors[i]);
-      const int width = signedErrors[i].width;
-      const std::vector<float> changes = meter.add(number, std::move(signedErrors[i]));
-      if (!pictures.folder.empty() && !changes.empty())
-        writeChanges(changes, width, number, pictures.folder);
+      widths[i] = signedErrors[i].width;
+      changes[i] = meter.add(number, std::move(signedErrors[i]));
     }
+    if (pictures.folder.empty()) continue;
+    parallelFor(count, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        if (!changes[i].empty())
+          writeChanges(changes[i], widths[i], common[first + i], pictures.folder);
+    });
   }
   comparison.motion = meter.result();
   return comparison;

@@ -42,8 +42,9 @@ Table motionView(const RunComparison& comparison) {
                         hasWindows(motion) ? fixedText(motion.unsteady(), 3) : ""});
   for (const auto& [id, flicker] : motion.objects) {
     const auto name = comparison.objectNames.find(id);
-    if (name == comparison.objectNames.end()) continue;
-    table.rows.push_back({name->second, fixedText(flicker.mean(), 3)});
+    table.rows.push_back(
+        {name == comparison.objectNames.end() ? "object " + std::to_string(id) : name->second,
+         fixedText(flicker.mean(), 3)});
   }
   table.notes.push_back(worstText(motion));
   if (!motion.gaps.empty())

@@ -52,8 +52,10 @@ std::string toText(const Table& table) {
     titles.push_back(table.columns[c].title);
     rule.emplace_back(widths[c], '-');
   }
-  append(titles);
-  append(rule);
+  if (!table.columns.empty()) {
+    append(titles);
+    append(rule);
+  }
   for (const auto& row : table.rows) append(row.empty() ? rule : row);
   for (const std::string& note : table.notes) text += note + "\n";
   return text;
