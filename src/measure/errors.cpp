@@ -122,6 +122,19 @@ RegionError pixelError(const ColourView& test, const ColourView& truth, int x, i
   return one;
 }
 
+/// The sum over R, G, B of the differences of 8-bit values at one pixel; 255 each if a value is not
+/// finite.
+std::uint64_t difference8(const ColourView& a, const ColourView& b, int x, int y) {
+  std::uint64_t sum = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const float from = a.image->at(x, y, a.channels[c]);
+    const float to = b.image->at(x, y, b.channels[c]);
+    if (!std::isfinite(from) || !std::isfinite(to)) return 3 * 255;
+    sum += static_cast<std::uint64_t>(std::abs(step8(from) - step8(to)));
+  }
+  return sum;
+}
+
 /// The layers of a reference by the method `reference`; absent from others.
 struct TruthLayers {
   int standardError = -1;
@@ -185,15 +198,9 @@ struct Comparison {
   void addTruthLayers(RegionError& one, int x, int y) const {
     if (layers.standardError >= 0)
       one.sumStandardError = truth.image->at(x, y, layers.standardError);
-    for (std::size_t c = 0; layers.oneBounce.image != nullptr && c < 3; ++c) {
-      const int oneBounce = step8(truth.image->at(x, y, layers.oneBounce.channels[c]));
-      const auto from = [&](const ColourView& view) {
-        return static_cast<std::uint64_t>(
-            std::abs(step8(view.image->at(x, y, view.channels[c])) - oneBounce));
-      };
-      one.sumOneBounce8 += from(test);
-      one.sumBounces8 += from(truth);
-    }
+    if (layers.oneBounce.image == nullptr) return;
+    one.sumOneBounce8 = difference8(test, layers.oneBounce, x, y);
+    one.sumBounces8 = difference8(truth, layers.oneBounce, x, y);
   }
 };
 

@@ -90,6 +90,16 @@ TEST(CompareImages, NotFiniteCountsAsAllWrong) {
   EXPECT_EQ(e.linearValues, 6u);
   EXPECT_EQ(e.mae(), 0.0);
   EXPECT_TRUE(std::isfinite(e.ssim()));
+  // Also against the reference's picture with one bounce
+  Image truth = flat(2, 1, 0.5f);
+  truth.channels.insert(truth.channels.end(), {"one_bounce.R", "one_bounce.G", "one_bounce.B"});
+  truth.data.assign(12, 0.5f);
+  truth.data[11] = NAN;
+  Image nan = flat(2, 1, 0.5f);
+  EXPECT_EQ(compareImages(nan, truth).l1OneBounce(), 0.5 * 255.0);
+  nan.data[2] = NAN;
+  EXPECT_EQ(compareImages(nan, truth).l1OneBounce(), 255.0);
+  EXPECT_EQ(compareImages(nan, truth).l1Bounces(), 0.5 * 255.0);
   // All NaN on both sides is not equality
   const ImageError all = compareImages(flat(2, 2, NAN), flat(2, 2, NAN));
   EXPECT_EQ(all.l1(), 255.0);

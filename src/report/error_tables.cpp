@@ -192,9 +192,8 @@ struct Percents {
         flip(percent(share.hdrFlipSum, whole.hdrFlipSum)) {}
 };
 double l1Inside(const ErrorShare& share) {
-  return share.pixels > 0
-             ? static_cast<double>(share.sum8) / (3.0 * static_cast<double>(share.pixels))
-             : 0.0;
+  return measure::quotient(static_cast<double>(share.sum8),
+                           3.0 * static_cast<double>(share.pixels));
 }
 
 std::string json(const ImageError& e, const std::string& frameMember) {
