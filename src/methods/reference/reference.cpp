@@ -175,9 +175,12 @@ class Reference : public Method {
     };
     if (options_.stated())
       plan.items.push_back({"resource", "halves",
-                            "two independent means of a pixel, whose difference is its error; the "
-                            "layers standard_error and one_bounce",
-                            pixels * (2 * sizeof(Vec3) + 1 + sizeof(float) * 4)});
+                            std::string("two independent means of a pixel, whose difference is its "
+                                        "error; the layer standard_error") +
+                                (options_.bounces != 1 ? ", and one_bounce" : ""),
+                            pixels * (2 * sizeof(Vec3) + 1 +
+                                      sizeof(float) * (options_.bounces != 1 ? 4 : 1)),
+                            "image.width, image.height"});
     return plan;
   }
 
@@ -252,7 +255,8 @@ class Reference : public Method {
     std::int64_t said = nowNs();
     StandardError error;
     int each = 0;  // samples of each half
-    for (int target = (options_.perPixel() + 1) / 2;; target *= 2) {
+    for (int target = (options_.perPixel() + 1) / 2;;
+         target = std::min(2 * target, kMostSamples / 2)) {
       std::vector<Batch> batches;
       for (int half = 0; half < 2; ++half)
         for (int first = each; first < target; first += kBatch)

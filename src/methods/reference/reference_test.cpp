@@ -396,6 +396,20 @@ TEST(Reference, TakesSamplesUntilItsStandardErrorIsSmallEnough) {
   }
 }
 
+TEST(Reference, TakesNoMoreSamplesThanTheLimit) {
+  const scene::Scene scene = room();
+  const Moment moment(scene);
+  const scene::Camera camera =
+      scene::lookAt({0.4f, 0.6f, 2.9f}, {0.0f, -0.1f, 0.0f}, {0.0f, 1.0f, 0.0f}, 1.0f);
+  for (const char* samples : {"63", "64", "5"}) {
+    const FrameOutput output = test::renderOnCpu(
+        referenceEntry(),
+        std::string(R"({"rays": 1, "max_standard_error": 1e-6, "samples": )") + samples + "}",
+        moment, camera, frameOf(1, 1));
+    EXPECT_EQ(std::get<std::int64_t>(output.tables.at(0).rows().at(0)[0]), 4096) << samples;
+  }
+}
+
 TEST(Reference, GlossyLobeAveragesTheSkyByItsPower) {
   // A glossy floor seen straight down, under a step sky? A gradient sky is linear in y: the Phong
   // lobe about +y has mean cosine (n + 1) / (n + 2).
