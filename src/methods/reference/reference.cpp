@@ -64,6 +64,18 @@ const config::OptionTable<Options>& optionTable() {
   return table;
 }
 
+/// The number of reflections that can add kLeastShare between the scene's strongest reflectors.
+int reach(const scene::Scene& scene, bool fresnel) {
+  float most = fresnel ? 1.0f : 0.0f;
+  for (const scene::Object& object : scene.objects) {
+    const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
+    most = std::max(most, material.refraction > 0.0f ? 1.0f : material.specularLevel);
+  }
+  int bounces = 1;
+  for (float share = most; share >= kLeastShare && bounces < kMostBounces; share *= most) ++bounces;
+  return bounces;
+}
+
 const TableInfo& errorTable() {
   static const TableInfo table{
       "standard_error",
@@ -164,7 +176,7 @@ class Reference : public Method {
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
     plan.trace = true;
-    plan.bounces = options_.reflection.bounces;
+    plan.bounces = options_.bounces > 0 ? options_.bounces : reach(scene, settings.fresnelSchlick);
     const auto pixels = static_cast<std::uint64_t>(settings.width) * settings.height;
     plan.items = {
         {"pass", "trace",

@@ -11,11 +11,13 @@
 
 #include "config/json_text.h"
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/text.h"
 #include "methods/contract/restarts.h"
 #include "raster/scene_gpu/materials.h"
 #include "raster/scene_gpu/scene_gpu.h"
 #include "scene/animate.h"
+#include "trace/lobes/lobe_tracer.h"
 
 namespace catoptric::run {
 namespace {
@@ -223,6 +225,13 @@ std::vector<PlanItem> methodItems(const RunConfig& run, const scene::Scene& scen
                      "rays are traced; policy " + std::string(policyName(needs.bvh)) +
                          "; at most, while it is built",
                      trace::bvhBuildBytes(scene), "fewer triangles"});
+    if (needs.bounces > 1)
+      items.push_back({"resource", "paths",
+                       "at most " + std::to_string(needs.bounces) + " reflections, in each of " +
+                           count(static_cast<std::size_t>(threadCount()), "thread"),
+                       static_cast<std::uint64_t>(threadCount()) *
+                           trace::LobeTracer::bytesOf(needs.bounces),
+                       "bounces, threads"});
     const bool rebuilds =
         needs.bvh == trace::BvhPolicy::RebuildLow || needs.bvh == trace::BvhPolicy::RebuildMedium;
     if (rebuilds) {

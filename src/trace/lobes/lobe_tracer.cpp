@@ -78,6 +78,11 @@ struct LobeTracer::Block {
 LobeTracer::LobeTracer() = default;
 LobeTracer::~LobeTracer() = default;
 
+std::uint64_t LobeTracer::bytesOf(int bounces) {
+  constexpr std::size_t kOnward = sizeof(frame::SurfacePoint) + sizeof(std::size_t) + sizeof(Vec3);
+  return static_cast<std::uint64_t>(bounces) * (sizeof(Level) + kMostLanes * kOnward);
+}
+
 LobeTracer& LobeTracer::ofThread() {
   static thread_local LobeTracer tracer;
   return tracer;

@@ -21,6 +21,9 @@ class LobeTracer {
   LobeTracer(const LobeTracer&) = delete;
   LobeTracer& operator=(const LobeTracer&) = delete;
 
+  /// Memory that paths of so many reflections need in each thread.
+  static std::uint64_t bytesOf(int bounces);
+
   /// The tracer of the calling thread, whose memory is reused.
   static LobeTracer& ofThread();
 
