@@ -30,10 +30,14 @@ SCENE = {"objects": [
     "environment": {"type": "gradient", "zenith": [0.2, 0.4, 0.9], "horizon": [1, 1, 1], "ground": [0.2, 0.2, 0.2]}}
 
 
+# Short frames
+OPTIONS = {"reference": {"bounces": 1, "max_standard_error": 0}}
+
+
 def inputs(folder, chunks, method):
     path = {"frames": chunks, "orbit": {"center": [0, 0.5, 0], "radius": 3, "height": 0.8}}
     config = {"scene": "scene.json", "path": "path.json", "image": {"width": 16, "height": 16},
-              "preview": {"enabled": False}, "methods": [method]}
+              "preview": {"enabled": False}, "methods": [{"method": method, **OPTIONS.get(method, {})}]}
     for name, value in {"scene": SCENE, "path": path, "run": config}.items():
         (folder / f"{name}.json").write_text(json.dumps(value))
 

@@ -168,7 +168,7 @@ CONFIG = {"scene": "scene.json", "path": "keyframes.json", "frames": "1-2",
           "image": {"width": 8, "height": 8, "samples": 1, "layers": ["Z"], "masks": False, "half": True,
                     "compression": "zip"},
           "methods": ["environment_map", {"method": "traced", "name": "rays", "bvh": "static"},
-                      {"method": "reference", "samples": 1, "rays": 1}],
+                      {"method": "reference", "samples": 1, "rays": 1, "bounces": 1, "max_standard_error": 0}],
           "errors": {"against": ["rays"]}, "preview": {"enabled": False, "exposure": 0},
           "seed": 1, "device": "auto", "threads": 1}
 
