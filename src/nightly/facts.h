@@ -68,7 +68,7 @@ enum class Outcome { Good, Skipped, Regression, Crash };
 /// The verdict on one aspect of a case in a night.
 struct Verdict {
   std::string name;  ///< name of the case
-  std::string kind;  ///< time, creep, picture, counter, memory, disk, scene, run
+  std::string kind;  ///< time, creep, picture, flicker, counter, memory, disk, scene, run
   std::string status;
   Outcome outcome = Outcome::Good;
   int frame = 0;  ///< 0: all frames

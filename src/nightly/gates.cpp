@@ -20,6 +20,9 @@ const Schema& gatesSchema() {
                  .fields = {share("time", "Longer than the accepted build, percent."),
                             share("memory", "More memory than the accepted build, percent."),
                             share("disk", "Larger frames than the accepted ones, percent."),
+                            share("flicker",
+                                  "More flicker against the reference frames than the accepted "
+                                  "frames have, display steps."),
                             share("again", "Tonight's build against itself, percent."),
                             share("watch_rise", "Rise of a watched counter, percent."),
                             config::fields::arrayOf("watch", "Counters that may not rise.",
@@ -42,6 +45,7 @@ Gates readGates(const Value& value) {
   percent("disk", gates.disk);
   percent("again", gates.again);
   percent("watch_rise", gates.watchRise);
+  if (value.has("flicker")) gates.flicker = value.get("flicker").asNumber();
   for (auto& [name, limit] : gates.picture)
     if (value.has(name)) limit = value.get(name).asNumber();
   if (value.has("watch")) {

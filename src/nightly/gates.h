@@ -15,6 +15,7 @@ struct Gates {
   double time = 0.05;    ///< additional time, compared with the accepted and the anchor build
   double memory = 0.20;  ///< additional peak memory, compared with the accepted build
   double disk = 0.50;    ///< additional size of frames, compared with the accepted frames
+  double flicker = 0.05;  ///< additional flicker against the reference frames, display steps
   double again = 0.02;   ///< largest time difference between two measurements of tonight's build
   /// Pictures whose differences stay below these limits pass; rounding on another machine causes
   /// such differences.

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "measure/motion.h"
 #include "nightly/bench_print.h"
 #include "nightly/pictures.h"
 #include "report/table.h"
@@ -55,6 +56,7 @@ class NightJudge {
       add(facts.name, "run", "renders", Outcome::Good, 0,
           std::to_string(facts.frames.size()) + " frames");
       judgePictures(facts);
+      judgeFlicker(facts);
       judgeMemory(facts);
     }
     judgeRemoved();
@@ -183,13 +185,62 @@ class NightJudge {
                                                        const image::Image& now,
                                                        const image::Image& before) const {
     if (facts.truth.empty()) return {};
-    const std::filesystem::path file =
-        history_.folder() / facts.truth / run::framePath("frames", number, ".exr");
+    const std::filesystem::path file = truthOf(facts, number);
     std::error_code ignored;
     if (!std::filesystem::exists(file, ignored)) return {};
     const image::Image truth = image::readImage(file);
     return std::pair(comparePictures(now, truth).errors.at("L1_8bit"),
                      comparePictures(before, truth).errors.at("L1_8bit"));
+  }
+
+  std::filesystem::path truthOf(const CaseFacts& facts, int number) const {
+    return history_.folder() / facts.truth / run::framePath("frames", number, ".exr");
+  }
+
+  /// Whether tonight's frames flicker more against the truth than the accepted ones do, over those
+  /// pairs of consecutive frames of which one has changed.
+  void judgeFlicker(const CaseFacts& facts) {
+    const bool changed = std::ranges::any_of(
+        facts.frames, [](const auto& frame) { return !frame.second.file.empty(); });
+    if (!changed && facts.frames.size() > 1) {
+      add(facts.name, "flicker", "same", Outcome::Good, 0, "its frames are the accepted ones");
+      return;
+    }
+    if (facts.truth.empty()) return;
+    const std::map<int, Reference> references = history_.references(facts.name, facts.bench);
+    measure::MotionMeter tonight;
+    measure::MotionMeter accepted;
+    try {
+      for (const auto& [number, frame] : facts.frames) {
+        const auto known = references.find(number);
+        std::error_code ignored;
+        if (known == references.end() || known->second.object.empty() ||
+            !std::filesystem::exists(truthOf(facts, number), ignored))
+          continue;
+        const image::Image truth = image::readImage(truthOf(facts, number));
+        const image::Image before = image::readImage(storedFrame(history_, known->second.object));
+        const image::Image now =
+            frame.file.empty() ? before : image::readImage(history_.folder() / frame.file);
+        tonight.add(number, measure::signedError(now, truth));
+        accepted.add(number, measure::signedError(before, truth));
+      }
+    } catch (const Error&) {
+      return;  // the verdict on the pictures says so
+    }
+    const measure::MotionError& motion = tonight.result();
+    if (motion.pairs == 0) return;
+    const double now = motion.all.mean();
+    const double before = accepted.result().all.mean();
+    const bool rises = now > before + gates_.flicker;
+    add(facts.name, "flicker",
+        rises                           ? "rises"
+        : now < before - gates_.flicker ? "falls"
+                                        : "holds",
+        rises ? Outcome::Regression : Outcome::Good, 0,
+        report::fixedText(now, 3) + " display steps against the reference, the accepted frames " +
+            report::fixedText(before, 3) + "; most in frame " + std::to_string(motion.worstFrame) +
+            ", around pixel " + std::to_string(motion.worstX) + "," + std::to_string(motion.worstY))
+        .value = now;
   }
 
   void judgeMemory(const CaseFacts& facts) {

@@ -101,15 +101,15 @@ TEST(Judge, CountersMayFallButNotRise) {
 }
 
 TEST(Gates, AreReadInPercent) {
-  std::string text = R"({"time": 1, "memory": 2, "disk": 3, "again": 4, "watch_rise": 5,
+  std::string text = R"({"time": 1, "memory": 2, "disk": 3, "again": 4, "watch_rise": 5, "flicker": 7,
       "watch": ["rays"])";
   for (const auto& [name, limit] : Gates().picture) text += ", \"" + name + "\": 6";
   const config::Value value = config::parseText(text + "}", "gates");
   EXPECT_TRUE(config::check(value, gatesSchema()).empty());
   Gates gates = readGates(value);
-  const auto& [time, memory, disk, again, picture, watch, watchRise] = gates;
-  EXPECT_EQ((std::vector<double>{time, memory, disk, again, watchRise}),
-            (std::vector<double>{0.01, 0.02, 0.03, 0.04, 0.05}));
+  const auto& [time, memory, disk, flicker, again, picture, watch, watchRise] = gates;
+  EXPECT_EQ((std::vector<double>{time, memory, disk, again, watchRise, flicker}),
+            (std::vector<double>{0.01, 0.02, 0.03, 0.04, 0.05, 7.0}));
   EXPECT_EQ(watch, std::vector<std::string>{"rays"});
   for (const auto& [name, limit] : picture) EXPECT_EQ(limit, 6.0) << name;
 }

@@ -171,6 +171,33 @@ TEST_F(Nights, FaultsAreNamedWithTheNightTheyBegan) {
   for (const auto& [name, night] : firstSeen) std::printf("%s: night %d\n", name.c_str(), night);
 }
 
+TEST_F(Nights, FlickerThatRisesIsARegression) {
+  std::erase_if(suite.scenes, [](const auto& one) { return one.name > "b"; });
+  for (NightScene& one : suite.scenes) one.against = "truth";
+  suite.gates.flicker = 0.2;
+  night({});
+  acceptVerdicts(*history, {{"*"}, "first", "tester"});
+  EXPECT_EQ(statusOf(night({}), "a", "flicker"), "same");
+  // A constant error hardly flickers; one that comes and goes does
+  Build build;
+  build.steps["a"] = 3;
+  build.pops["b"] = 3;
+  const std::vector<Verdict> verdicts = night(build);
+  EXPECT_EQ(statusOf(verdicts, "a", "picture"), "changed");
+  EXPECT_EQ(statusOf(verdicts, "a", "flicker"), "holds");
+  EXPECT_EQ(statusOf(verdicts, "b", "flicker"), "rises");
+  const Verdict rises = of(verdicts, "b", "flicker").front();
+  EXPECT_EQ(outcomeOf(rises), Outcome::Regression);
+  EXPECT_EQ(rises.began, 3);
+  EXPECT_EQ(rises.lastGood, "b102");
+  // 121 of 1024 pixels change by about 3 steps, from each frame to the next
+  EXPECT_NEAR(rises.value, 3.0 * 121 / 1024, 0.1);
+  EXPECT_THAT(rises.message, HasSubstr("the accepted frames 0.000; most in frame "));
+  acceptVerdicts(*history, {{"own.b.m"}, "it has to", "tester"});
+  EXPECT_EQ(statusOf(night(build), "b", "flicker"), "same");
+  EXPECT_EQ(statusOf(night({}), "b", "flicker"), "falls");
+}
+
 TEST_F(Nights, AnyKeptBuildCanBeTheMeasure) {
   night({});
   Build build;

@@ -333,7 +333,8 @@ class PageWriter {
   }
 
   std::string table() const {
-    const std::vector<std::string> kinds = {"run", "time", "creep", "picture", "counter", "memory"};
+    const std::vector<std::string> kinds = {"run",     "time",    "creep", "picture",
+                                            "flicker", "counter", "memory"};
     std::string html = "<h2>All cases</h2>\n<div class=\"wide\"><table>\n<tr><th>case</th>";
     for (const std::string& kind : kinds) html += "<th>" + kind + "</th>";
     html += "</tr>\n";
@@ -356,8 +357,8 @@ class PageWriter {
           (worst == nullptr || outcomeOf(verdict) > outcomeOf(*worst)))
         worst = &verdict;
     if (worst == nullptr) return "<td></td>";
-    const bool ratio =
-        worst->value > 0.0 && (kind == "time" || kind == "creep" || kind == "memory");
+    const bool ratio = worst->value > 0.0 && (kind == "time" || kind == "creep" ||
+                                              kind == "memory" || kind == "flicker");
     return "<td class=\"" + std::string(outcomeName(outcomeOf(*worst))) + "\">" +
            text(worst->status) + (ratio ? " " + report::fixedText(worst->value, 3) : "") + "</td>";
   }

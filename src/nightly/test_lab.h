@@ -48,6 +48,7 @@ struct Build {
   std::map<std::string, double> cost;  ///< factor on the time; 1 for scenes that are not listed
   std::map<std::string, double> startCost;
   std::map<std::string, int> steps;  ///< display steps by which a reflector differs
+  std::map<std::string, int> pops;   ///< the same, in addition, in every other frame
   std::map<std::string, std::map<std::string, std::uint64_t>> counters;
   std::map<std::string, std::uint64_t> memory;  ///< in MiB
   std::set<std::string> nan;
@@ -121,7 +122,11 @@ class TestLab : public Lab {
     return times;
   }
 
-  void truth(const NightCase&, const std::vector<int>&, const std::filesystem::path&) override {}
+  void truth(const NightCase& one, const std::vector<int>& frames,
+             const std::filesystem::path& folder) override {
+    const Rendering exact(*this, "exact", one.scene.name);
+    for (const int frame : frames) exact.write(frame, folder);
+  }
 
   Machine machine;
 
@@ -158,11 +163,13 @@ class TestLab : public Lab {
       return (own == build_.memory.end() ? 100ull : own->second) << 20;
     }
 
-   private:
     std::string write(int frame, const std::filesystem::path& folder) const {
       const bool bad = build_.nan.contains(scene_) && frame == 2;
-      const auto found = build_.steps.find(scene_);
-      const int steps = found == build_.steps.end() ? 0 : found->second;
+      const auto stepsOf = [&](const std::map<std::string, int>& scenes) {
+        const auto found = scenes.find(scene_);
+        return found == scenes.end() ? 0 : found->second;
+      };
+      const int steps = stepsOf(build_.steps) + (frame % 2 == 0 ? stepsOf(build_.pops) : 0);
       const std::string text =
           scene_ + std::to_string(frame) + (bad ? "nan" : "") + std::to_string(steps);
       Fingerprint print;
@@ -175,6 +182,7 @@ class TestLab : public Lab {
       return print.text();
     }
 
+   private:
     /// A frame with a floor and a ball; the ball is lighter by `steps` display steps.
     static std::string encoded(int frame, bool bad, int steps) {
       image::Image picture{32, 32, {"R", "G", "B", "id.object", "mask.reflective"}, {}};
