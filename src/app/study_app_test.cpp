@@ -92,6 +92,32 @@ TEST_F(Sweep, FlickerRendersTheFrameBeforeToo) {
   EXPECT_EQ(run(command + "--text-only").exitCode, 0);
 }
 
+TEST_F(Sweep, TheFloorOfFlickerIsThatOfTwoSeeds) {
+  // A glossy floor around a ball looks alike from all sides, so errors of frames are correlated
+  std::ofstream(folder / "scene.json") << R"({"objects": [
+  {"shape": "plane", "size": [4, 4], "material": {"base_color": [0, 0, 0], "s": 0.9, "g": 0.4}},
+  {"shape": "sphere", "radius": 0.5, "translate": [0, 0.7, 0],
+   "material": {"base_color": [0.9, 0.2, 0.2]}}],
+  "environment": {"type": "gradient", "zenith": [0.1, 0.1, 0.6], "horizon": [0.8, 0.8, 0.6],
+                  "ground": [0.2, 0.2, 0.2]}})";
+  std::ofstream(folder / "run.json") << R"({
+  "scene": "scene.json", "path": "path.json", "frames": "1-4",
+  "image": {"width": 48, "height": 36, "layers": ["s"]},
+  "methods": [{"method": "reference", "samples": 2, "max_standard_error": 4, "rays": 1}]
+})";
+  for (const char* seed : {"1", "2"})
+    EXPECT_EQ(run(std::string("render run.json -q --out r") + seed + " --seed " + seed).exitCode, 0);
+  const config::Value motion = config::parseText(run("compare r1 r2 --json").out, "compare")
+                                   .asArray()
+                                   .at(0)
+                                   .get("motion");
+  EXPECT_GT(motion.get("flicker").asNumber(), 1.0);
+  // The errors of both seeds change, independently
+  EXPECT_NEAR(motion.get("flicker").asNumber() /
+                  (std::sqrt(2.0) * motion.get("flicker_floor").asNumber()),
+              1.0, 0.15);
+}
+
 TEST_F(Sweep, TheConfigMaySayWhatIsSwept) {
   const std::string config = textOf(folder / "run.json");
   const auto write = [&](const std::string& sweep) {

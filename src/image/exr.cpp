@@ -46,8 +46,7 @@ void prepareOpenExr() {
 /// Layers of one channel are called NAME.X in files: of a layer's channels Blender, and others,
 /// know single letters alone.
 bool isLayerOfOne(const std::string& name) {
-  return name == "s" || name == "standard_error" || name.starts_with("id.") ||
-         name.starts_with("mask.");
+  return name == "s" || name.starts_with("id.") || name.starts_with("mask.");
 }
 std::string nameInFile(const std::string& name) {
   return isLayerOfOne(name) ? name + ".X" : name;

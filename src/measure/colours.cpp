@@ -38,6 +38,15 @@ std::array<int, 3> colourChannels(const Image& image, const std::string& name) {
                    (layers.size() > 1 ? " (several layers have them)" : ""));
 }
 
+ColourView layerColours(const Image& image, const std::string& layer) {
+  ColourView view{&image, {}};
+  for (std::size_t c = 0; c < 3; ++c) {
+    view.channels[c] = image.channel(layer + "." + "RGB"[c]);
+    if (view.channels[c] < 0) return {nullptr, {-1, -1, -1}};
+  }
+  return view;
+}
+
 void requireSameSize(const Image& image, const Image& reference, const std::string& name) {
   if (image.width != reference.width || image.height != reference.height)
     throw UsageError(name + ": " + sizeText(image) + " pixels, but the reference has " +

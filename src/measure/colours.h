@@ -18,6 +18,9 @@ struct ColourView {
 /// has colours; otherwise Y three times. Throws UsageError, which begins with `name`.
 std::array<int, 3> colourChannels(const image::Image& image, const std::string& name);
 
+/// The layer LAYER.R, .G, .B of an image; without it the image is null and the indices are -1.
+ColourView layerColours(const image::Image& image, const std::string& layer);
+
 /// Throws UsageError if the sizes differ.
 void requireSameSize(const image::Image& image, const image::Image& reference,
                      const std::string& name);

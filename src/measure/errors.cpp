@@ -137,15 +137,12 @@ std::uint64_t difference8(const ColourView& a, const ColourView& b, int x, int y
 
 /// The layers of a reference by the method `reference`; absent from others.
 struct TruthLayers {
-  int standardError = -1;
-  ColourView oneBounce;  ///< null image: absent
+  ColourView standardError;
+  ColourView oneBounce;
 
   explicit TruthLayers(const Image& reference)
-      : standardError(reference.channel("standard_error")) {
-    for (std::size_t c = 0; c < 3; ++c)
-      oneBounce.channels[c] = reference.channel(std::string("one_bounce.") + "RGB"[c]);
-    if (*std::ranges::min_element(oneBounce.channels) >= 0) oneBounce.image = &reference;
-  }
+      : standardError(layerColours(reference, "standard_error")),
+        oneBounce(layerColours(reference, "one_bounce")) {}
 };
 
 /// Two images and what looks at neighbours in them, measured before.
@@ -166,7 +163,7 @@ struct Comparison {
     const Layer& reflective = classes.reflective();
     const Layer& id = classes.id();
     e.hasReflective = static_cast<bool>(reflective);
-    e.hasStandardError = layers.standardError >= 0;
+    e.hasStandardError = layers.standardError.image != nullptr;
     e.hasOneBounce = layers.oneBounce.image != nullptr;
     e.classes = classes.empty();
     const int width = test.image->width;
@@ -196,8 +193,8 @@ struct Comparison {
   }
 
   void addTruthLayers(RegionError& one, int x, int y) const {
-    if (layers.standardError >= 0)
-      one.sumStandardError = truth.image->at(x, y, layers.standardError);
+    for (const int c : layers.standardError.channels)
+      if (c >= 0) one.sumStandardError += std::abs(truth.image->at(x, y, c)) / 3.0;
     if (layers.oneBounce.image == nullptr) return;
     one.sumOneBounce8 = difference8(test, layers.oneBounce, x, y);
     one.sumBounces8 = difference8(truth, layers.oneBounce, x, y);

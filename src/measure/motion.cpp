@@ -23,17 +23,19 @@ constexpr float kSameDistance = 0.02f;
 /// Places are rounded to this part of a pixel, so that rounding errors reach no further pixel.
 constexpr float kParts = 1024.0f;
 
-/// The sum over R, G, B of |E_now - E_last| at one pixel.
-int change(const SignedError& now, const SignedError& last, std::size_t pixel) {
+/// The sum over R, G, B of |now - last| at one pixel; 0 if one of them is empty.
+int change(const std::vector<std::int16_t>& now, const std::vector<std::int16_t>& last,
+           std::size_t pixel) {
   int sum = 0;
-  for (std::size_t c = 3 * pixel; c < 3 * pixel + 3; ++c)
-    sum += std::abs(now.steps[c] - last.steps[c]);
+  if (now.empty() || last.empty()) return sum;
+  for (std::size_t c = 3 * pixel; c < 3 * pixel + 3; ++c) sum += std::abs(now[c] - last[c]);
   return sum;
 }
 
-void addPixel(Flicker& flicker, double sum) {
+void addPixel(Flicker& flicker, double sum, double floor) {
   ++flicker.pixels;
   flicker.sum += sum;
+  flicker.floorSum += floor;
 }
 
 /// E of the frame before at a place between pixel centres: bilinear over the pixels that show the
@@ -122,6 +124,8 @@ SignedError signedError(const Image& image, const Image& reference, const std::s
   const std::size_t pixels = image.pixelCount();
   e.steps.resize(3 * pixels);
   e.counted.assign(pixels, 1);
+  const ColourView standardError = layerColours(reference, "standard_error");
+  if (standardError.image != nullptr) e.truthSteps.resize(3 * pixels);
   if (classes.id()) e.objects.resize(pixels);
   e.reflectors = classes.reflectors();
   if (distance) e.distance.resize(pixels);
@@ -133,6 +137,11 @@ SignedError signedError(const Image& image, const Image& reference, const std::s
           reference.data[p * reference.channels.size() + static_cast<std::size_t>(to[c])];
       e.steps[3 * p + c] = static_cast<std::int16_t>(
           std::isfinite(a) && std::isfinite(b) ? step8(a) - step8(b) : 255);
+      if (e.truthSteps.empty()) continue;
+      const float shown = image::display8(b);
+      const float own = Layer{&reference, standardError.channels[c]}.at(p);
+      e.truthSteps[3 * p + c] =
+          static_cast<std::int16_t>(std::lround(shown + own) - std::lround(shown));
     }
     if (e.hasReflective) e.counted[p] = classes.reflective().at(p) > 0.0f ? 1 : 0;
     if (classes.id()) e.objects[p] = static_cast<int>(classes.id().at(p));
@@ -144,6 +153,10 @@ SignedError signedError(const Image& image, const Image& reference, const std::s
 
 double Flicker::mean() const {
   return quotient(sum, 3.0 * static_cast<double>(pixels));
+}
+
+double Flicker::floor() const {
+  return quotient(floorSum, 3.0 * static_cast<double>(pixels));
 }
 
 double MotionError::steady() const {
@@ -175,6 +188,7 @@ std::vector<float> MotionMeter::add(int number, SignedError error) {
 std::vector<float> MotionMeter::addPair(int number, const SignedError& now) {
   ++result_.pairs;
   result_.hasReflective = result_.hasReflective || now.hasReflective;
+  result_.hasFloor = result_.hasFloor || !now.truthSteps.empty();
   Flicker& frame = result_.frames[number];
   Tiles tiles(now.width, now.height);
   std::vector<float> changes(now.counted.size());
@@ -183,16 +197,18 @@ std::vector<float> MotionMeter::addPair(int number, const SignedError& now) {
       const std::size_t p = static_cast<std::size_t>(y) * static_cast<std::size_t>(now.width) +
                             static_cast<std::size_t>(x);
       if (now.counted[p] == 0 || last_->counted[p] == 0) continue;
-      const int sum = change(now, *last_, p);
+      const int sum = change(now.steps, last_->steps, p);
       changes[p] = static_cast<float>(sum) / 3.0f;
-      addPixel(frame, sum);
+      const int floor = change(now.truthSteps, last_->truthSteps, p);
+      addPixel(frame, sum, floor);
       tiles.add(x, y, sum);
       if (!now.objects.empty() && !last_->objects.empty() && now.objects[p] == last_->objects[p] &&
           now.reflectors.contains(now.objects[p]))
-        addPixel(result_.objects[now.objects[p]], sum);
+        addPixel(result_.objects[now.objects[p]], sum, floor);
     }
   result_.all.pixels += frame.pixels;
   result_.all.sum += frame.sum;
+  result_.all.floorSum += frame.floorSum;
   if (result_.worstFrame == 0 || frame.mean() > result_.frames.at(result_.worstFrame).mean()) {
     result_.worstFrame = number;
     tiles.largest(result_);
@@ -221,7 +237,7 @@ void MotionMeter::addAlongMotion(const SignedError& now) {
       double sum = 0.0;
       for (std::size_t c = 0; c < 3; ++c)
         sum += std::abs(static_cast<double>(now.steps[3 * p + c]) - double{error[c]});
-      addPixel(result_.alongMotion, sum);
+      addPixel(result_.alongMotion, sum, 0.0);
     }
 }
 

@@ -23,6 +23,9 @@ struct SignedError {
   bool hasReflective = false;
   std::vector<int> objects;     ///< layer id.object; empty without it
   std::set<int> reflectors;     ///< ids of reflective objects, see Classes::reflectors()
+  /// What an exact frame's E could be, because the reference errs: from its layer standard_error, 3
+  /// per pixel; empty without it.
+  std::vector<std::int16_t> truthSteps;
   std::vector<float> distance;  ///< layer Z, metres; empty without it
   std::vector<float> motion;    ///< layers motion.X, .Y, .Z: 3 per pixel; empty without them
 };
@@ -36,13 +39,17 @@ SignedError signedError(const image::Image& image, const image::Image& reference
 struct Flicker {
   std::uint64_t pixels = 0;  ///< number of pixels, summed over all pairs of frames
   double sum = 0.0;
+  double floorSum = 0.0;  ///< see floor()
 
   double mean() const;
+  /// The flicker that exact frames would have, because the reference's own error changes.
+  double floor() const;
 };
 
 /// Stability of a sequence. Only pairs of consecutive frames count.
 struct MotionError {
   int pairs = 0;
+  bool hasFloor = false;           ///< whether the reference has the layer standard_error
   std::vector<int> gaps;           ///< frames after a missing frame, or after one of another size
   bool hasReflective = false;      ///< whether only reflective pixels count
   Flicker all;                     ///< at fixed pixels that count in both frames

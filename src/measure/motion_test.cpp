@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
+#include <random>
 #include <vector>
 
 #include "measure/test_images.h"
@@ -168,6 +170,28 @@ TEST(Motion, TheWorstFrameAndItsPlaceAreFound) {
   EXPECT_EQ(meter.result().worstX, 24);
   EXPECT_EQ(meter.result().worstY, 8);
   EXPECT_DOUBLE_EQ(meter.result().worstTile, 80.0 * 16 / 256);
+}
+
+TEST(Motion, TheFloorIsTheFlickerOfNoise) {
+  // The frame is exact; the truth has normal noise of 6 steps, and its layer noise of the same kind
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0.0, 6.0);
+  MotionMeter meter;
+  const auto own = [&](int, int) {
+    return std::vector<float>(3, static_cast<float>(noise(random)));
+  };
+  for (int number = 1; number <= 20; ++number) {
+    const Image truth =
+        drawn([&](int, int) { return 128 + static_cast<int>(std::lround(noise(random))); });
+    meter.add(number,
+              signedError(flat(32, 32, linearOf(128)),
+                          withLayers(truth,
+                                     {"standard_error.R", "standard_error.G", "standard_error.B"},
+                                     own)));
+  }
+  EXPECT_TRUE(meter.result().hasFloor);
+  EXPECT_NEAR(meter.result().all.floor() / (12.0 / std::sqrt(std::numbers::pi)), 1.0, 0.02);
+  EXPECT_NEAR(meter.result().all.mean() / meter.result().all.floor(), 1.0, 0.02);
 }
 
 TEST(Motion, TheWorstPlaceLiesInTheFrame) {

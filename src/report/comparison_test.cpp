@@ -66,11 +66,11 @@ TEST(MotionTables, NameFlickerItsWorstPlaceAndGaps) {
   c.motion = meter.result();
   const Table table = motionView(c);
   EXPECT_THAT(table.title, HasSubstr("2 pairs"));
-  EXPECT_THAT(table.rows.at(0), ElementsAre("all", "5.000", "", "", "", ""));
+  EXPECT_THAT(table.rows.at(0), ElementsAre("all", "5.000", "", "", "", "", ""));
   EXPECT_THAT(table.notes[0], HasSubstr("frame 3 (8.000); there most around pixel 8,8 (8.000"));
   EXPECT_THAT(table.notes[1], HasSubstr("1 frames, first frame 9"));
-  EXPECT_THAT(motionCsv(std::span(&c, 1)), HasSubstr("\nrun,truth,3,frame,1024,8,,,,\n"));
-  EXPECT_THAT(motionCsv(std::span(&c, 1)), HasSubstr("\nrun,truth,all,frame,2048,5,,,,\n"));
+  EXPECT_THAT(motionCsv(std::span(&c, 1)), HasSubstr("\nrun,truth,3,frame,1024,8,,,,,\n"));
+  EXPECT_THAT(motionCsv(std::span(&c, 1)), HasSubstr("\nrun,truth,all,frame,2048,5,,,,,\n"));
   const config::Value json = config::parseText(motionJson(c.motion), "motion");
   EXPECT_EQ(json.get("frames").get("2").asNumber(), 2.0);
 }
@@ -99,13 +99,15 @@ TEST(ErrorTables, TellTheTruthsOwnUncertaintyAndWhatBouncesAreWorth) {
   // with one bounce is 43: 7 off in all; 3 are its own, 10 those of the bounces.
   Image truth = flat(2, 1, linearOf(50));
   truth.channels = {
-      "R", "G", "B", "s", "one_bounce.R", "one_bounce.G", "one_bounce.B", "standard_error"};
+      "R",            "G",            "B",
+      "s",            "one_bounce.R", "one_bounce.G",
+      "one_bounce.B", "standard_error.R", "standard_error.G", "standard_error.B"};
   truth.data.clear();
   for (int pixel = 0; pixel < 2; ++pixel) {
     truth.data.insert(truth.data.end(), 3, linearOf(50));
     truth.data.push_back(pixel == 0 ? 1.0f : 0.0f);
     truth.data.insert(truth.data.end(), 3, linearOf(40));
-    truth.data.push_back(2.0f);
+    truth.data.insert(truth.data.end(), {2.0f, -2.0f, 2.0f});
   }
   const auto comparisonOf = [&](int reflective, int other) {
     Image image = flat(2, 1, linearOf(reflective));

@@ -32,10 +32,14 @@ Table motionView(const RunComparison& comparison) {
         "Flicker is measured between consecutive frames, and no two frames are consecutive.");
     return table;
   }
-  table.columns = {{"pixels", false},     {"flicker", true}, {"flicker_mc", true},
-                   {"unmatched %", true}, {"steady", true},  {"unsteady", true}};
+  table.columns = {{"pixels", false},    {"flicker", true},     {"floor", true},
+                   {"flicker_mc", true}, {"unmatched %", true}, {"steady", true},
+                   {"unsteady", true}};
+  const auto floorText = [&](const Flicker& flicker) {
+    return motion.hasFloor ? fixedText(flicker.floor(), 3) : "";
+  };
   table.rows.push_back({motion.hasReflective ? "reflective" : "all",
-                        fixedText(motion.all.mean(), 3),
+                        fixedText(motion.all.mean(), 3), floorText(motion.all),
                         motion.hasMotion ? fixedText(motion.alongMotion.mean(), 3) : "",
                         motion.hasMotion ? fixedText(motion.unmatchedPercent(), 1) : "",
                         hasWindows(motion) ? fixedText(motion.steady(), 3) : "",
@@ -44,9 +48,12 @@ Table motionView(const RunComparison& comparison) {
     const auto name = comparison.objectNames.find(id);
     table.rows.push_back(
         {name == comparison.objectNames.end() ? "object " + std::to_string(id) : name->second,
-         fixedText(flicker.mean(), 3)});
+         fixedText(flicker.mean(), 3), floorText(flicker)});
   }
   table.notes.push_back(worstText(motion));
+  if (motion.hasFloor && motion.all.mean() <= motion.all.floor())
+    table.notes.push_back("The flicker is not above its floor: it may be that of " +
+                          comparison.reference + " alone.");
   if (!motion.gaps.empty())
     table.notes.push_back(
         "Left out, because the frame before is missing: " + std::to_string(motion.gaps.size()) +
@@ -55,7 +62,8 @@ Table motionView(const RunComparison& comparison) {
     table.notes.emplace_back(
         "flicker_mc needs frames with image.layers=[\"motion\",\"Z\",\"id\"].");
   table.notes.push_back(
-      "In display steps. flicker: mean change of a pixel's error from frame to frame; flicker_mc: "
+      "In display steps. flicker: mean change of a pixel's error from frame to frame; floor: the "
+      "flicker of the reference's own error, from its standard_error; flicker_mc: "
       "the same along the motion of surfaces, without unmatched pixels; steady, unsteady: root "
       "mean square of the constant and the changing part of the error over " +
       std::to_string(MotionError::kWindow) + " frames.");
@@ -64,12 +72,15 @@ Table motionView(const RunComparison& comparison) {
 
 std::string motionCsv(std::span<const RunComparison> comparisons) {
   std::string text =
-      "method,against,frame,region,pixels,flicker,flicker_mc,unmatched_percent,steady,unsteady\n";
+      "method,against,frame,region,pixels,flicker,floor,flicker_mc,unmatched_percent,steady,"
+      "unsteady\n";
   for (const RunComparison& c : comparisons) {
     const auto row = [&](const std::string& frame, const std::string& region,
                          const Flicker& flicker, const std::string& rest) {
+      const std::string floor = c.motion.hasFloor ? exactText(flicker.floor()) : "";
       text += csvCell(c.name) + "," + csvCell(c.reference) + "," + frame + "," + region + "," +
-              std::to_string(flicker.pixels) + "," + exactText(flicker.mean()) + "," + rest + "\n";
+              std::to_string(flicker.pixels) + "," + exactText(flicker.mean()) + "," + floor + "," +
+              rest + "\n";
     };
     const MotionError& motion = c.motion;
     const std::string region = motion.hasReflective ? "reflective" : "frame";
@@ -95,6 +106,7 @@ std::string motionJson(const MotionError& motion) {
   text.add("pairs", motion.pairs)
       .add("region", std::string(motion.hasReflective ? "reflective" : "frame"))
       .add("flicker", motion.all.mean());
+  if (motion.hasFloor) text.add("flicker_floor", motion.all.floor());
   if (motion.hasMotion)
     text.add("flicker_mc", motion.alongMotion.mean())
         .add("unmatched_percent", motion.unmatchedPercent());

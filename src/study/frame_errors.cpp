@@ -17,6 +17,9 @@ namespace {
 constexpr const char* kStandardError = "standard_error";
 constexpr const char* kStandardErrorReflective = "standard_error_reflective";
 
+/// The flicker of the reference's own error.
+constexpr const char* kFlickerFloor = "flicker_floor";
+
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 double metricOf(const FrameErrors& frame, const std::string& name) {
@@ -103,6 +106,7 @@ FrameErrors frameErrors(const report::RunComparison& comparison, int number) {
   if (flicker != comparison.motion.frames.end()) {
     frame.metrics[kFlicker] = flicker->second.mean();
     frame.flickerPixels = flicker->second.pixels;
+    if (comparison.motion.hasFloor) frame.metrics[kFlickerFloor] = flicker->second.floor();
   }
   if (e.hasOneBounce) {
     frame.metrics["L1_8bit_one_bounce"] = e.l1OneBounce();
@@ -131,7 +135,7 @@ double PointErrors::pooled(const std::string& metric, const std::vector<int>& of
     const double weight =
         metric.ends_with("_reflective")  ? static_cast<double>(frame.reflectivePixels)
         : metric.ends_with("_elsewhere") ? static_cast<double>(frame.elsewherePixels)
-        : metric == kFlicker             ? static_cast<double>(frame.flickerPixels)
+        : metric.starts_with(kFlicker)   ? static_cast<double>(frame.flickerPixels)
                                          : 1.0;
     if (weight == 0.0) continue;  // a frame without such pixels, or without one before it
     sum += weight * (metric == "rmse" ? value * value : value);
@@ -159,6 +163,7 @@ int PointErrors::worstFrame(const std::string& metric, const std::vector<int>& o
 double PointErrors::uncertainty(const std::string& metric, const std::vector<int>& ofFrames) const {
   const double known = metric == "L1_8bit"              ? pooled(kStandardError, ofFrames)
                        : metric == "L1_8bit_reflective" ? pooled(kStandardErrorReflective, ofFrames)
+                       : metric == kFlicker             ? pooled(kFlickerFloor, ofFrames)
                                                         : kNone;
   return std::isnan(known) ? 0.0 : known;
 }

@@ -191,7 +191,7 @@ class Reference : public Method {
                                         "error; the layer standard_error") +
                                 (options_.bounces != 1 ? ", and one_bounce" : ""),
                             pixels * (2 * sizeof(Vec3) + 1 +
-                                      sizeof(float) * (options_.bounces != 1 ? 4 : 1)),
+                                      sizeof(float) * (options_.bounces != 1 ? 6 : 3)),
                             "image.width, image.height"});
     return plan;
   }
@@ -252,7 +252,8 @@ class Reference : public Method {
       c.masks = c.add({"mask.environment", "mask.below_horizon", "mask.sky", "mask.reflective"});
     if (options_.stated() && options_.bounces != 1)
       c.oneBounce = c.add({"one_bounce.R", "one_bounce.G", "one_bounce.B"});
-    if (options_.stated()) c.error = c.add({"standard_error"});
+    if (options_.stated()) 
+      c.error = c.add({"standard_error.R", "standard_error.G", "standard_error.B"});
     return c;
   }
 
@@ -299,9 +300,10 @@ class Reference : public Method {
     output.tables.push_back(std::move(table));
   }
 
-  /// Half the mean difference between the display values of the two halves, also stored for each
-  /// pixel. The errors a and b of the halves are independent and alike, so |a - b| / 2 is
-  /// distributed as the error |a + b| / 2 of their mean.
+  /// Half the differences between the display values of the two halves, stored for each pixel, and
+  /// the mean of their amounts. The errors a and b of the halves are independent and alike, so (a -
+  /// b) / 2 is distributed as the error (a + b) / 2 of their mean. The noise of all frames is the
+  /// same, so this also holds for the change from frame to frame.
   StandardError standardError(Sums& sums, int each) const {
     const auto width = static_cast<std::size_t>(sums.image.width);
     const auto height = static_cast<std::size_t>(sums.image.height);
@@ -314,12 +316,13 @@ class Reference : public Method {
     parallelFor(height, 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t y = begin; y < end; ++y) {
         for (std::size_t p = y * width; p < (y + 1) * width; ++p) {
-          float sum = 0.0f;
-          for (int c = 0; c < 3; ++c)
-            sum += std::abs(image::display8(sums.halves[0][p][c] * share) -
-                            image::display8(sums.halves[1][p][c] * share));
-          const float error = sum / 6.0f;
-          pixelOf(sums.image, p)[channels_.error] = error;
+          float error = 0.0f;
+          for (int c = 0; c < 3; ++c) {
+            const float half = 0.5f * (image::display8(sums.halves[0][p][c] * share) -
+                                       image::display8(sums.halves[1][p][c] * share));
+            pixelOf(sums.image, p)[channels_.error + c] = half;
+            error += std::abs(half) / 3.0f;
+          }
           rows[y].all += error;
           if (sums.reflective[p] == 0) continue;
           rows[y].reflective += error;
@@ -345,8 +348,9 @@ class Reference : public Method {
   void scale(image::Image& image, int samples) const {
     const float share = 1.0f / static_cast<float>(samples);
     const auto isSum = [&](int c) {
-      return c != channels_.z && c != channels_.id && c != channels_.error &&
-             (channels_.normal < 0 || c < channels_.normal || c >= channels_.normal + 3);
+      const auto isOf = [&](int first) { return first >= 0 && c >= first && c < first + 3; };
+      return c != channels_.z && c != channels_.id && !isOf(channels_.error) &&
+             !isOf(channels_.normal);
     };
     for (int c = 0; c < static_cast<int>(image.channels.size()); ++c)
       for (std::size_t p = 0; isSum(c) && p < image.pixelCount(); ++p)
