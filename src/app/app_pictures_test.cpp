@@ -37,6 +37,29 @@ TEST_F(App, LayersBecomePictures) {
   EXPECT_FALSE(fs::exists(folder / "none"));
 }
 
+TEST_F(App, ComparedFramesBecomeAFilm) {
+  ASSERT_EQ(run("render run.json --frames 1-3 --out a").exitCode, 0);
+  ASSERT_EQ(run("render run.json --frames 1-3 --out b --set seed=7").exitCode, 0);
+  // A program in ffmpeg's place tells what it was given
+  fs::create_directories(folder / "bin");
+  std::ofstream(folder / "bin/ffmpeg") << "#!/bin/sh\necho $* > told.txt\nls f.mp4.frames >> told.txt\n";
+  fs::permissions(folder / "bin/ffmpeg", fs::perms::owner_all);
+  const std::string path = std::getenv("PATH");
+  ::setenv("PATH", ((folder / "bin").string() + ":" + path).c_str(), 1);
+  EXPECT_EQ(run("compare b a --video f.mp4").exitCode, 0);
+  EXPECT_THAT(textOf(folder / "told.txt"),
+              testing::AllOf(HasSubstr("-framerate 30 -i f.mp4.frames/%04d.png "),
+                             HasSubstr(" f.mp4\n0001.png\n0002.png\n0003.png\n")));
+  EXPECT_FALSE(fs::exists(folder / "f.mp4.frames"));
+  ::setenv("PATH", "", 1);
+  const Result without = run("compare b a --video f.mp4");
+  ::setenv("PATH", path.c_str(), 1);
+  EXPECT_EQ(without.exitCode, 0);
+  EXPECT_THAT(without.err, HasSubstr("there is no ffmpeg here. With it, this command makes"));
+  EXPECT_TRUE(fs::exists(folder / "f.mp4.frames/0003.png"));
+  EXPECT_THAT(run("compare b a --video f.mp4").err, HasSubstr("exists; remove it"));
+}
+
 TEST_F(App, FramesBecomeFigures) {
   ASSERT_EQ(run("render run.json --frames 2,5 --out run --set image.masks=true").exitCode, 0);
   ASSERT_EQ(run("render run.json --frames 2,5 --out other --set seed=7").exitCode, 0);

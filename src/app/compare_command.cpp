@@ -1,13 +1,17 @@
 // catoptric compare RUN REFERENCE.
 #include <fmt/core.h>
+#include <sys/wait.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <optional>
 
 #include "app/commands.h"
+#include "core/error.h"
 #include "core/file.h"
 #include "core/log.h"
+#include "core/text.h"
 #include "report/comparison.h"
 #include "report/error_tables.h"
 #include "report/motion_tables.h"
@@ -21,6 +25,7 @@ struct CompareOptions {
   std::string run;
   std::string reference;
   std::string out;
+  std::string video;
   std::optional<double> maxL1;
   std::optional<double> fail;
   double failPercent = 0.0;
@@ -41,6 +46,30 @@ std::string numbers(const std::vector<int>& frames) {
   std::string text;
   for (const int frame : frames) text += (text.empty() ? "" : ",") + std::to_string(frame);
   return text;
+}
+
+/// Frames per second of a film, as of the paths of our scenes.
+constexpr int kFilmRate = 30;
+
+/// Makes a film of the pictures in a folder, and removes them. Without ffmpeg they stay, and a
+/// message has the command that makes the film.
+void makeFilm(const std::filesystem::path& pictures, const std::filesystem::path& film) {
+  const std::string command =
+      fmt::format("ffmpeg -nostdin -y -loglevel error -framerate {} -i {} -vf {} -pix_fmt yuv420p {}",
+                  kFilmRate, shellWord((pictures / "%04d.png").string()),
+                  shellWord("pad=ceil(iw/2)*2:ceil(ih/2)*2"), shellWord(film.string()));
+  const int status = std::system(command.c_str());
+  if (status == 0) {
+    log::info("film: " + film.string());
+    std::filesystem::remove_all(pictures);
+    return;
+  }
+  constexpr int kNotFound = 127;  // of a shell
+  const bool missing = WIFEXITED(status) && WEXITSTATUS(status) == kNotFound;
+  log::warning(film.string() +
+               (missing ? ": there is no ffmpeg here. With it, this command makes the film: "
+                        : ": ffmpeg failed, its message is above. The command: ") +
+               command);
 }
 
 /// Says what exceeds the limits; whether anything does.
@@ -88,8 +117,13 @@ ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
   measures.flip = options.flip;
   if (options.fail) measures.threshold = *options.fail;
   measures.forLimits = options.fail || options.hardFail || options.maxMean;
+  const std::string film = options.video.empty() ? "" : options.video + ".frames";
+  if (!film.empty() && std::filesystem::exists(film))
+    throw UsageError("--video " + options.video + ": " + film +
+                     ", the folder for its pictures, exists; remove it or choose another name");
+  if (!film.empty()) std::filesystem::create_directories(film);
   const report::RunComparison comparison =
-      report::compareRuns(run, reference, measures, {options.out});
+      report::compareRuns(run, reference, measures, {options.out, film});
   const std::span<const report::RunComparison> one(&comparison, 1);
   if (!options.out.empty()) {
     const std::filesystem::path out = options.out;
@@ -105,6 +139,7 @@ ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
   if (comparison.pooled.classes.size() > 1)
     text += "\n" + report::toText(report::attributionView(comparison));
   text += "\n" + report::toText(report::motionView(comparison));
+  if (!film.empty()) makeFilm(film, options.video);
   printData(common.json ? report::errorJson(one) + "\n" : text);
   return exceeds(comparison, options) ? ExitCode::LimitsExceeded : ExitCode::Done;
 }
@@ -119,6 +154,10 @@ Command compareCommand(CommonOptions& common) {
              "Frames to compare the run with: a folder or file, as for RUN", {.required = true}),
       option("--out", options->out, "DIR",
              "Folder for pictures of the differences and for tables (CSV, JSON) [none are written]",
+             {.notEmpty = true}),
+      option("--video", options->video, "FILE",
+             "Film of run, reference and the change of the error, side by side; needs ffmpeg, which "
+             "knows the format by FILE's extension, such as .mp4 [none is made]",
              {.notEmpty = true}),
       option("--fail", options->fail, "X",
              "A pixel fails if its R, G, B or A differs by more than X (scene-linear; for "

@@ -1,14 +1,34 @@
 #include "report/comparison.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <utility>
 
 #include "core/error.h"
+#include "core/file.h"
 #include "core/parallel.h"
 #include "image/image.h"
 #include "report/differences.h"
 
 namespace catoptric::report {
+namespace {
+
+void writeFilmFrame(Figure figure, const std::vector<float>& changes,
+                    const std::filesystem::path& file) {
+  std::vector<Panel>& panels = figure.rows.front().panels;
+  const Rgb8& image = panels.front().picture;
+  // Black where there is no frame before
+  const std::vector<float> none(changes.empty() ? image.rgb.size() / 3 : 0);
+  Rgb8 map = changeMap(changes.empty() ? none : changes, image.width);
+  map.height = image.height;  // without its bar, so that the panels are aligned
+  map.rgb.resize(image.rgb.size());
+  panels.push_back(
+      {fmt::format("change of the error, 0 to {} steps", kMostChange), std::move(map)});
+  writeFileAtomically(file, drawFigure(figure, file));
+}
+
+}  // namespace
 
 RunComparison compareRuns(const RunData& run, const RunData& reference,
                           const measure::CompareOptions& options, const PictureOptions& pictures) {
@@ -38,6 +58,7 @@ RunComparison compareRuns(const RunData& run, const RunData& reference,
     const std::size_t count = std::min(batch, common.size() - first);
     std::vector<measure::ImageError> errors(count);
     std::vector<measure::SignedError> signedErrors(count);
+    std::vector<Figure> films(count);
     parallelFor(count, 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const int number = common[first + i];
@@ -51,6 +72,8 @@ RunComparison compareRuns(const RunData& run, const RunData& reference,
         if (!pictures.folder.empty())
           writeDifferences({image, truth, maps, errors[i], number, run.name, reference.name},
                            pictures.folder);
+        if (!pictures.film.empty())
+          films[i] = filmFrame({image, truth, maps, errors[i], number, run.name, reference.name});
       }
     });
     std::vector<int> widths(count);
@@ -62,11 +85,14 @@ RunComparison compareRuns(const RunData& run, const RunData& reference,
       widths[i] = signedErrors[i].width;
       changes[i] = meter.add(number, std::move(signedErrors[i]));
     }
-    if (pictures.folder.empty()) continue;
     parallelFor(count, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        if (!changes[i].empty())
+      for (std::size_t i = begin; i < end; ++i) {
+        if (!pictures.folder.empty() && !changes[i].empty())
           writeChanges(changes[i], widths[i], common[first + i], pictures.folder);
+        if (!pictures.film.empty())
+          writeFilmFrame(std::move(films[i]), changes[i],
+                         pictures.film / fmt::format("{:04}.png", first + i + 1));
+      }
     });
   }
   comparison.motion = meter.result();

@@ -26,6 +26,9 @@ struct RunComparison {
 /// Where compareRuns() writes pictures.
 struct PictureOptions {
   std::filesystem::path folder;  ///< empty: no pictures are written
+  /// A folder for 0001.png, 0002.png and so on, one for each compared frame: run, reference and the
+  /// change of the error since the frame before, side by side. Empty: none are written.
+  std::filesystem::path film = {};
 };
 
 /// Compares all frames that both runs have, read from their EXR files. If a folder is given, writes

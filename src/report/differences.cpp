@@ -102,12 +102,23 @@ Figure sideBySide(const FrameErrors& frame) {
   return figure;
 }
 
-void writeChanges(const std::vector<float>& changes, int width, int frame,
-                  const std::filesystem::path& folder) {
+Figure filmFrame(const FrameErrors& frame) {
+  return {fmt::format("{} against {}, frame {:04}", frame.name, frame.referenceName, frame.frame),
+          {{"",
+            {{frame.name, shown(frame.image)}, {frame.referenceName, shown(frame.reference)}}}},
+          true};
+}
+
+Rgb8 changeMap(const std::vector<float>& changes, int width) {
   std::vector<float> shares;
   shares.reserve(changes.size());
   for (const float change : changes) shares.push_back(std::min(1.0f, change / kMostChange));
-  const Rgb8 picture = heatMap(shares, width, static_cast<int>(changes.size()) / width);
+  return heatMap(shares, width, static_cast<int>(changes.size()) / width);
+}
+
+void writeChanges(const std::vector<float>& changes, int width, int frame,
+                  const std::filesystem::path& folder) {
+  const Rgb8 picture = changeMap(changes, width);
   writeFileAtomically(folder / fmt::format("frame.{:04}.change.png", frame),
                       image::encodePng(picture.width, picture.height, 3, picture.rgb));
 }

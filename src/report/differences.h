@@ -30,8 +30,12 @@ Rgb8 heatMap(const std::vector<float>& errors, int width, int height);
 /// A sheet with titles and figures. First row: image, reference, difference x50. Second row:
 /// difference, LDR-FLIP, HDR-FLIP.
 Figure sideBySide(const FrameErrors& frame);
-/// Writes frame.0001.change.png: by how many display steps the error of each pixel differs from the
-/// frame before (`changes`), as a heat map from 0 to kMostChange. Throws OutputError.
+/// The first panels of a film's frame: image and reference. changeMap() is the last one.
+Figure filmFrame(const FrameErrors& frame);
+/// By how many display steps the error of each pixel differs from the frame before, as a heat map
+/// from 0 to kMostChange.
+Rgb8 changeMap(const std::vector<float>& changes, int width);
+/// Writes frame.0001.change.png: changeMap(). Throws OutputError.
 void writeChanges(const std::vector<float>& changes, int width, int frame,
                   const std::filesystem::path& folder);
 inline constexpr float kMostChange = 32.0f;
