@@ -27,7 +27,7 @@ _catoptric() {
     status) options="--help --wait --verify --json --quiet --verbose" ;;
     retry) options="--help --verify --dry-run --json --quiet --verbose" ;;
     cancel) options="--help --json --quiet --verbose" ;;
-    compare) options="--help --out --fail --fail-percent --hard-fail --max-mean --max-l1 --start-exposure --stop-exposure --num-exposures --ppd --json --quiet --verbose" ;;
+    compare) options="--help --out --video --fail --fail-percent --hard-fail --max-mean --max-l1 --start-exposure --stop-exposure --num-exposures --ppd --json --quiet --verbose" ;;
     figure) options="--help --out --frame --crop --zoom --width --layer --mask --against --difference --labels --title --columns --json --quiet --verbose" ;;
     layers) options="--help --out --layer --json --quiet --verbose" ;;
     sweep) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --against --repeats --workers --patience --existing --clock --progress --vary --link --where --metric --ratio-to --keep-frames --dry-run" ;;

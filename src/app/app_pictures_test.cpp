@@ -42,7 +42,8 @@ TEST_F(App, ComparedFramesBecomeAFilm) {
   ASSERT_EQ(run("render run.json --frames 1-3 --out b --set seed=7").exitCode, 0);
   // A program in ffmpeg's place tells what it was given
   fs::create_directories(folder / "bin");
-  std::ofstream(folder / "bin/ffmpeg") << "#!/bin/sh\necho $* > told.txt\nls f.mp4.frames >> told.txt\n";
+  std::ofstream(folder / "bin/ffmpeg")
+      << "#!/bin/sh\necho $* > told.txt\nls f.mp4.frames >> told.txt\n";
   fs::permissions(folder / "bin/ffmpeg", fs::perms::owner_all);
   const std::string path = std::getenv("PATH");
   ::setenv("PATH", ((folder / "bin").string() + ":" + path).c_str(), 1);

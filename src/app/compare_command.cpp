@@ -54,10 +54,10 @@ constexpr int kFilmRate = 30;
 /// Makes a film of the pictures in a folder, and removes them. Without ffmpeg they stay, and a
 /// message has the command that makes the film.
 void makeFilm(const std::filesystem::path& pictures, const std::filesystem::path& film) {
-  const std::string command =
-      fmt::format("ffmpeg -nostdin -y -loglevel error -framerate {} -i {} -vf {} -pix_fmt yuv420p {}",
-                  kFilmRate, shellWord((pictures / "%04d.png").string()),
-                  shellWord("pad=ceil(iw/2)*2:ceil(ih/2)*2"), shellWord(film.string()));
+  const std::string command = fmt::format(
+      "ffmpeg -nostdin -y -loglevel error -framerate {} -i {} -vf {} -pix_fmt yuv420p {}",
+      kFilmRate, shellWord((pictures / "%04d.png").string()),
+      shellWord("pad=ceil(iw/2)*2:ceil(ih/2)*2"), shellWord(film.string()));
   const int status = std::system(command.c_str());
   if (status == 0) {
     log::info("film: " + film.string());
@@ -155,10 +155,11 @@ Command compareCommand(CommonOptions& common) {
       option("--out", options->out, "DIR",
              "Folder for pictures of the differences and for tables (CSV, JSON) [none are written]",
              {.notEmpty = true}),
-      option("--video", options->video, "FILE",
-             "Film of run, reference and the change of the error, side by side; needs ffmpeg, which "
-             "knows the format by FILE's extension, such as .mp4 [none is made]",
-             {.notEmpty = true}),
+      option(
+          "--video", options->video, "FILE",
+          "Film of run, reference and the change of the error, side by side; needs ffmpeg, which "
+          "knows the format by FILE's extension, such as .mp4 [none is made]",
+          {.notEmpty = true}),
       option("--fail", options->fail, "X",
              "A pixel fails if its R, G, B or A differs by more than X (scene-linear; for "
              "values above 1, relative to the larger one). The exit code is 7 if pixels of a frame "

@@ -106,16 +106,15 @@ TEST_F(Sweep, TheFloorOfFlickerIsThatOfTwoSeeds) {
   "methods": [{"method": "reference", "samples": 2, "max_standard_error": 4, "rays": 1}]
 })";
   for (const char* seed : {"1", "2"})
-    EXPECT_EQ(run(std::string("render run.json -q --out r") + seed + " --seed " + seed).exitCode, 0);
-  const config::Value motion = config::parseText(run("compare r1 r2 --json").out, "compare")
-                                   .asArray()
-                                   .at(0)
-                                   .get("motion");
+    EXPECT_EQ(run(std::string("render run.json -q --out r") + seed + " --seed " + seed).exitCode,
+              0);
+  const config::Value motion =
+      config::parseText(run("compare r1 r2 --json").out, "compare").asArray().at(0).get("motion");
   EXPECT_GT(motion.get("flicker").asNumber(), 1.0);
   // The errors of both seeds change, independently
-  EXPECT_NEAR(motion.get("flicker").asNumber() /
-                  (std::sqrt(2.0) * motion.get("flicker_floor").asNumber()),
-              1.0, 0.15);
+  EXPECT_NEAR(
+      motion.get("flicker").asNumber() / (std::sqrt(2.0) * motion.get("flicker_floor").asNumber()),
+      1.0, 0.15);
 }
 
 TEST_F(Sweep, TheConfigMaySayWhatIsSwept) {

@@ -21,8 +21,8 @@ struct SignedError {
   std::vector<std::int16_t> steps;    ///< 3 per pixel; 255 where a value is not finite
   std::vector<std::uint8_t> counted;  ///< 1: the pixel is reflective; all are 1 if no layer tells
   bool hasReflective = false;
-  std::vector<int> objects;     ///< layer id.object; empty without it
-  std::set<int> reflectors;     ///< ids of reflective objects, see Classes::reflectors()
+  std::vector<int> objects;  ///< layer id.object; empty without it
+  std::set<int> reflectors;  ///< ids of reflective objects, see Classes::reflectors()
   /// What an exact frame's E could be, because the reference errs: from its layer standard_error, 3
   /// per pixel; empty without it.
   std::vector<std::int16_t> truthSteps;

@@ -183,11 +183,11 @@ TEST(Motion, TheFloorIsTheFlickerOfNoise) {
   for (int number = 1; number <= 20; ++number) {
     const Image truth =
         drawn([&](int, int) { return 128 + static_cast<int>(std::lround(noise(random))); });
-    meter.add(number,
-              signedError(flat(32, 32, linearOf(128)),
-                          withLayers(truth,
-                                     {"standard_error.R", "standard_error.G", "standard_error.B"},
-                                     own)));
+    meter.add(
+        number,
+        signedError(
+            flat(32, 32, linearOf(128)),
+            withLayers(truth, {"standard_error.R", "standard_error.G", "standard_error.B"}, own)));
   }
   EXPECT_TRUE(meter.result().hasFloor);
   EXPECT_NEAR(meter.result().all.floor() / (12.0 / std::sqrt(std::numbers::pi)), 1.0, 0.02);
@@ -200,7 +200,9 @@ TEST(Motion, TheWorstPlaceLiesInTheFrame) {
     Image image = flat(20, 18, linearOf(100));
     for (const int x : {2, 17})  // a fainter spot at the border, where it fills more of its tile
       std::fill_n(image.data.begin() + (17 * 20 + x) * 3, 3,
-                  linearOf(number == 1 ? 100 : x == 2 ? 130 : 120));
+                  linearOf(number == 1 ? 100
+                           : x == 2    ? 130
+                                       : 120));
     return image;
   };
   MotionMeter meter;

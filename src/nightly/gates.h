@@ -12,11 +12,11 @@ namespace catoptric::nightly {
 /// Limits as fractions of the accepted values. The defaults are our choice; a suite may change
 /// them.
 struct Gates {
-  double time = 0.05;    ///< additional time, compared with the accepted and the anchor build
-  double memory = 0.20;  ///< additional peak memory, compared with the accepted build
-  double disk = 0.50;    ///< additional size of frames, compared with the accepted frames
+  double time = 0.05;     ///< additional time, compared with the accepted and the anchor build
+  double memory = 0.20;   ///< additional peak memory, compared with the accepted build
+  double disk = 0.50;     ///< additional size of frames, compared with the accepted frames
   double flicker = 0.05;  ///< additional flicker against the reference frames, display steps
-  double again = 0.02;   ///< largest time difference between two measurements of tonight's build
+  double again = 0.02;    ///< largest time difference between two measurements of tonight's build
   /// Pictures whose differences stay below these limits pass; rounding on another machine causes
   /// such differences.
   std::map<std::string, double> picture = {

@@ -101,7 +101,8 @@ TEST(Judge, CountersMayFallButNotRise) {
 }
 
 TEST(Gates, AreReadInPercent) {
-  std::string text = R"({"time": 1, "memory": 2, "disk": 3, "again": 4, "watch_rise": 5, "flicker": 7,
+  std::string text =
+      R"({"time": 1, "memory": 2, "disk": 3, "again": 4, "watch_rise": 5, "flicker": 7,
       "watch": ["rays"])";
   for (const auto& [name, limit] : Gates().picture) text += ", \"" + name + "\": 6";
   const config::Value value = config::parseText(text + "}", "gates");

@@ -357,8 +357,8 @@ class PageWriter {
           (worst == nullptr || outcomeOf(verdict) > outcomeOf(*worst)))
         worst = &verdict;
     if (worst == nullptr) return "<td></td>";
-    const bool ratio = worst->value > 0.0 && (kind == "time" || kind == "creep" ||
-                                              kind == "memory" || kind == "flicker");
+    const bool ratio = worst->value > 0.0 &&
+                       (kind == "time" || kind == "creep" || kind == "memory" || kind == "flicker");
     return "<td class=\"" + std::string(outcomeName(outcomeOf(*worst))) + "\">" +
            text(worst->status) + (ratio ? " " + report::fixedText(worst->value, 3) : "") + "</td>";
   }

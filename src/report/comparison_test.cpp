@@ -98,10 +98,16 @@ TEST(ErrorTables, TellTheTruthsOwnUncertaintyAndWhatBouncesAreWorth) {
   // The reference is 50 with all bounces and 40 with one, and says that it is off by 2. A method
   // with one bounce is 43: 7 off in all; 3 are its own, 10 those of the bounces.
   Image truth = flat(2, 1, linearOf(50));
-  truth.channels = {
-      "R",            "G",            "B",
-      "s",            "one_bounce.R", "one_bounce.G",
-      "one_bounce.B", "standard_error.R", "standard_error.G", "standard_error.B"};
+  truth.channels = {"R",
+                    "G",
+                    "B",
+                    "s",
+                    "one_bounce.R",
+                    "one_bounce.G",
+                    "one_bounce.B",
+                    "standard_error.R",
+                    "standard_error.G",
+                    "standard_error.B"};
   truth.data.clear();
   for (int pixel = 0; pixel < 2; ++pixel) {
     truth.data.insert(truth.data.end(), 3, linearOf(50));

@@ -104,8 +104,7 @@ Figure sideBySide(const FrameErrors& frame) {
 
 Figure filmFrame(const FrameErrors& frame) {
   return {fmt::format("{} against {}, frame {:04}", frame.name, frame.referenceName, frame.frame),
-          {{"",
-            {{frame.name, shown(frame.image)}, {frame.referenceName, shown(frame.reference)}}}},
+          {{"", {{frame.name, shown(frame.image)}, {frame.referenceName, shown(frame.reference)}}}},
           true};
 }
 

@@ -186,13 +186,13 @@ class Reference : public Method {
          0},
     };
     if (options_.stated())
-      plan.items.push_back({"resource", "halves",
-                            std::string("two independent means of a pixel, whose difference is its "
-                                        "error; the layer standard_error") +
-                                (options_.bounces != 1 ? ", and one_bounce" : ""),
-                            pixels * (2 * sizeof(Vec3) + 1 +
-                                      sizeof(float) * (options_.bounces != 1 ? 6 : 3)),
-                            "image.width, image.height"});
+      plan.items.push_back(
+          {"resource", "halves",
+           std::string("two independent means of a pixel, whose difference is its "
+                       "error; the layer standard_error") +
+               (options_.bounces != 1 ? ", and one_bounce" : ""),
+           pixels * (2 * sizeof(Vec3) + 1 + sizeof(float) * (options_.bounces != 1 ? 6 : 3)),
+           "image.width, image.height"});
     return plan;
   }
 
@@ -252,7 +252,7 @@ class Reference : public Method {
       c.masks = c.add({"mask.environment", "mask.below_horizon", "mask.sky", "mask.reflective"});
     if (options_.stated() && options_.bounces != 1)
       c.oneBounce = c.add({"one_bounce.R", "one_bounce.G", "one_bounce.B"});
-    if (options_.stated()) 
+    if (options_.stated())
       c.error = c.add({"standard_error.R", "standard_error.G", "standard_error.B"});
     return c;
   }

@@ -226,12 +226,12 @@ std::vector<PlanItem> methodItems(const RunConfig& run, const scene::Scene& scen
                          "; at most, while it is built",
                      trace::bvhBuildBytes(scene), "fewer triangles"});
     if (needs.bounces > 1)
-      items.push_back({"resource", "paths",
-                       "at most " + std::to_string(needs.bounces) + " reflections, in each of " +
-                           count(static_cast<std::size_t>(threadCount()), "thread"),
-                       static_cast<std::uint64_t>(threadCount()) *
-                           trace::LobeTracer::bytesOf(needs.bounces),
-                       "bounces, threads"});
+      items.push_back(
+          {"resource", "paths",
+           "at most " + std::to_string(needs.bounces) + " reflections, in each of " +
+               count(static_cast<std::size_t>(threadCount()), "thread"),
+           static_cast<std::uint64_t>(threadCount()) * trace::LobeTracer::bytesOf(needs.bounces),
+           "bounces, threads"});
     const bool rebuilds =
         needs.bvh == trace::BvhPolicy::RebuildLow || needs.bvh == trace::BvhPolicy::RebuildMedium;
     if (rebuilds) {
