@@ -6,10 +6,10 @@
 namespace catoptric::config {
 
 std::string patched(const Value& root, const Value& operations) {
-  using Json = nlohmann::ordered_json;  // members keep their order
+  using OrderedJson = nlohmann::ordered_json;  // members keep their order
   try {
-    return Json::parse(root.dump()).patch(Json::parse(operations.dump())).dump(1);
-  } catch (const Json::exception& error) {
+    return OrderedJson::parse(root.dump()).patch(OrderedJson::parse(operations.dump())).dump(1);
+  } catch (const OrderedJson::exception& error) {
     const std::string_view said = error.what();  // "[json.exception.out_of_range.403] key 'a' ..."
     operations.fail("this patch cannot be applied to " + root.place().file + ": " +
                     std::string(said.substr(said.find("] ") + 2)));

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -30,11 +31,22 @@ class StepTimer {
   /// Measurements added from now on belong to frame `number`.
   void beginFrame(int number);
 
-  /// Runs `body` as step `name` and adds its time when it ends, even by an exception.
+  /// Runs `body` as step `name` and adds its time, unless it ends by an exception.
   template <class Body>
   auto measure(const char* name, Body&& body) {
-    const Scope scope(*this, name);
-    return body();
+    const std::int64_t start = nowNs();
+    const auto end = [&] {
+      finish();
+      add(name, secondsSince(start));
+    };
+    if constexpr (std::is_void_v<decltype(body())>) {
+      body();
+      end();
+    } else {
+      auto result = body();
+      end();
+      return result;
+    }
   }
   /// Waits for all issued GL work. Called at the end of steps that overlap others, which their
   /// caller measures itself.
@@ -61,16 +73,6 @@ class StepTimer {
   std::vector<StepSample> take();
 
  private:
-  struct Scope {
-    Scope(StepTimer& t, const char* n) : timer(t), name(n), start(nowNs()) {}
-    ~Scope() {
-      if (timer.finish_) timer.finish_();
-      timer.add(name, secondsSince(start));
-    }
-    StepTimer& timer;
-    const char* name;
-    std::int64_t start;
-  };
   std::function<void()> finish_;
   int frame_ = 0;
   bool anyFrame_ = false;

@@ -33,12 +33,11 @@ TEST(StepTimer, WaitsForGlBeforeTheClockIsRead) {
   EXPECT_GE(timer.samples().at(0).seconds, 0.020);
 }
 
-TEST(StepTimer, KeepsTheSampleOfABodyThatThrows) {
+TEST(StepTimer, KeepsNoSampleOfABodyThatThrows) {
   StepTimer timer;
   EXPECT_THROW(timer.measure("trace", []() -> int { throw std::runtime_error("x"); }),
                std::runtime_error);
-  ASSERT_EQ(timer.samples().size(), 1u);
-  EXPECT_EQ(timer.samples()[0].step, "trace");
+  EXPECT_TRUE(timer.samples().empty());
 }
 
 TEST(StepTimer, MarksTheFirstFrame) {

@@ -37,9 +37,6 @@ FAULTS = [
     Fault("SQLite busy", {5}, True),
 ]
 ALSO = {("doctor", "fork"): {4}}
-# A sample of times for which memory does not suffice is an exception of a destructor (frame::StepTimer::Scope): SIGABRT in about
-# 1 of 100 failed allocations of render.
-KNOWN = ("allocation", -6)
 USUAL = {"status": 6}  # tasks that were not started; otherwise 0
 
 COMMANDS = {
@@ -150,8 +147,6 @@ class Walk:
         fault = FAULTS[kind]
         self.exits[command, fault.name][done.returncode] += 1
         allowed = {USUAL.get(command, 0)} | fault.allowed | ALSO.get((command, fault.name), set())
-        if LONG and (fault.name, done.returncode) == KNOWN:
-            return
         said = done.stderr.strip().splitlines()
         if done.returncode in allowed and (done.returncode in (0, 4) or said):  # doctor's report is data
             return
