@@ -15,9 +15,9 @@ namespace {
 constexpr float kSlab = 3e-5f;  ///< ours: three times the tolerance of a plane
 /// Centroids are one where they are nearer than this share of the object's radius. Ours.
 constexpr float kCoincides = 1e-3f;
-/// Objects with a larger predicted error of their billboard need a depth map: solid angle times the
+/// Limit for the sum of the predicted errors of a reflector's billboards: solid angle times the
 /// angle by which a billboard is off, sr rad. Ours, measured in docs/papers/impostors.md.
-constexpr float kNeedsDepth = 1.0f;
+constexpr float kBillboardsError = 0.25f;
 /// So many objects get depth maps all, which is fast enough. Ours, measured there, too.
 constexpr std::size_t kFewObjects = 32;
 /// Cells along the edge of the octahedral map of directions, in the object's frame: reflectors in
@@ -180,6 +180,7 @@ class Chooser {
 
   void list(int reflector) {
     ImpostorList& into = choice_.listOf[static_cast<std::size_t>(reflector)];
+    if (billboardsToo_) chooseBillboards(reflector);
     for (const bool reflective : {false, true}) {
       for (std::size_t o = 0; o < choice_.chosen.size(); ++o) {
         const int object = static_cast<int>(o);
@@ -192,11 +193,37 @@ class Chooser {
     into.views.resize(into.members.size(), 0);
   }
 
-  void add(int reflector, int object, ImpostorList& into) {
+  /// Whether the object's planes are its impostors for a reflector: it is one plane, or consists of
+  /// planes that surround the reflector.
+  bool asPlanes(int reflector, int object) const {
     const Shape& what = shape(object);
-    const Vec3 from = shape(reflector).centroid;
-    // Planes of an object that surrounds the reflector, or that is one plane
-    if (what.flat() || (!what.planes.empty() && encloses(range(object).bounds, from))) {
+    return what.flat() ||
+           (!what.planes.empty() && encloses(range(object).bounds, shape(reflector).centroid));
+  }
+
+  /// Sets the objects that have billboards for a reflector: those with the least predicted errors,
+  /// as far as the sum of the errors allows.
+  void chooseBillboards(int reflector) {
+    billboards_.assign(choice_.chosen.size(), false);
+    std::vector<std::pair<float, int>> errors;
+    for (std::size_t o = 0; o < choice_.chosen.size(); ++o) {
+      const int object = static_cast<int>(o);
+      if (choice_.chosen[o] && object != reflector && !asPlanes(reflector, object))
+        errors.emplace_back(errorOfBillboard(reflector, object), object);
+    }
+    std::ranges::sort(errors);
+    float sum = 0.0f;
+    for (const auto& [error, object] : errors) {
+      sum += error;
+      if (!(sum < kBillboardsError)) break;
+      billboards_[static_cast<std::size_t>(object)] = true;
+    }
+  }
+
+  void add(int reflector, int object, ImpostorList& into) {
+    if (asPlanes(reflector, object)) {
+      const Shape& what = shape(object);
+      const Vec3 from = shape(reflector).centroid;
       for (std::size_t p = 0; p < what.planes.size(); ++p) {
         const bool behind = glm::dot(what.planes[p].normal, from) < what.planes[p].offset;
         into.members.push_back(flat(object, static_cast<int>(p), behind));
@@ -204,7 +231,7 @@ class Chooser {
       return;
     }
     if (kind_ == Kind::Billboard ||
-        (billboardsToo_ && errorOfBillboard(reflector, object) < kNeedsDepth)) {
+        (billboardsToo_ && billboards_[static_cast<std::size_t>(object)])) {
       into.members.push_back(billboard(reflector, object));
     } else {
       depthMaps(reflector, object, into);
@@ -438,6 +465,7 @@ class Chooser {
   const std::vector<bool>& mirrors_;
   float metres_;
   bool billboardsToo_ = false;     ///< of a method of depth maps
+  std::vector<bool> billboards_;   ///< by object: see chooseBillboards()
   bool sharesBillboards_ = false;  ///< between reflectors in one cell
   Choice choice_;
   std::map<std::tuple<int, int, bool>, int> flats_;  ///< object, plane, side

@@ -103,6 +103,38 @@ TEST(Choice, AFloorHasSeveralMapsOfWhatStandsOnIt) {
   EXPECT_EQ(views(0.1f, 0, World::kMirror), 1u);
 }
 
+TEST(Choice, BillboardsOfAReflectorAreTogetherBelowTheLimit) {
+  // Boxes at this distance from the mirror's centre have this predicted error
+  const auto error = [](float distance) {
+    const float across = kRadius * 0.1f * std::sqrt(3.0f);
+    const float distance2 = distance * distance;
+    return 0.5f * 6.0f * 0.2f * 0.2f / distance2 * std::atan(across / distance2);
+  };
+  constexpr float kLimit = 0.25f;
+  ASSERT_LT(3.0f * error(0.5f), kLimit);
+  ASSERT_GT(4.0f * error(0.5f), kLimit);
+  ASSERT_GT(error(0.35f), kLimit);
+  const auto maps = [](const std::vector<float>& distances) {
+    const World world(Vec3(0.0f), distances);
+    Options options;
+    options.depthMaps = DepthMaps::Needed;
+    options.objects.clear();
+    for (std::size_t i = 0; i < distances.size(); ++i)
+      options.objects.push_back("object" + std::to_string(World::kBox + i));
+    const Choice choice = world.choose(options);
+    std::vector<int> objects;
+    for (const int member : choice.listOf[World::kMirror].members) {
+      const Impostor& impostor = choice.impostors[static_cast<std::size_t>(member)];
+      if (impostor.depth) objects.push_back(impostor.object - World::kBox);
+    }
+    return objects;
+  };
+  EXPECT_EQ(maps({0.5f, 0.5f, 0.5f}), (std::vector<int>{}));
+  EXPECT_EQ(maps({0.5f, 0.5f, 0.5f, 0.5f}), (std::vector<int>{3}));
+  EXPECT_EQ(maps({0.35f, 0.5f, 0.5f, 0.5f}), (std::vector<int>{0}));
+  EXPECT_EQ(maps({0.5f, 0.4f, 0.5f, 2.0f}), (std::vector<int>{1}));
+}
+
 TEST(Choice, TakesWhatIsNamedAlone) {
   const World world(Vec3(3.0f, 0.0f, 0.0f), {4.0f, 1.0f});
   Options options;

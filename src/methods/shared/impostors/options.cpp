@@ -94,9 +94,9 @@ const config::OptionTable<Options>& depthOptions() {
                           .trade("0,6"));
     options.push_back(
         field(&Options::depthMaps, "depth_maps", kDepthMaps,
-              "which objects get depth maps instead of billboards. all: every object. needed: "
-              "objects whose billboard alone would show them with an error (as in `least`) of "
-              "at least 1. auto: like `needed` with more than 32 impostors, otherwise like `all`")
+              "which objects get depth maps instead of billboards. all: every object. needed: all "
+              "except those with the smallest errors (as in `least`), whose sum per reflector is "
+              "below 0.25. auto: `needed` with more than 32 impostors, otherwise `all`")
             .trade("auto,all"));
     return config::OptionTable<Options>("depth_impostors", "Options of the method depth_impostors.",
                                         std::move(options));
