@@ -95,6 +95,12 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
        costsOf(choice.impostors, !again, keptIn(inMemory, reflectors.glossy || !inMemory)))
     all.add(cost);
   const std::uint64_t samples = samplesOf(settings);
+  // What moves is drawn in each frame, which limits how many images there are
+  const double texels =
+      mostOf(settings, !again, samples * (reflectors.glossy ? shared::kLobeRays : 1)).texels;
+  const double drawn = again ? std::clamp(texels / std::max(all.texels, 1.0), 0.0, 1.0) : 1.0;
+  const std::uint64_t bytes = std::min(
+      static_cast<std::uint64_t>(drawn * static_cast<double>(all.bytes)), options_.memoryBytes);
   const std::string images = std::to_string(choice.impostors.size()) + " of " +
                              std::to_string(std::ranges::count(choice.chosen, true)) +
                              " objects for " + std::to_string(reflectors.count()) +
@@ -110,9 +116,8 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
       {"pass", "intersect", std::to_string(reflectors.count()) + " reflective objects"},
       {"pass", "readback", "marks of the samples are counted"},
       {"resource", "cube map", "RGBA16F with mip levels", cubeMapBytes(options_.faceSize, 8)},
-      {"resource", "images",
-       images + (all.bytes > options_.memoryBytes ? ", as many as fit" : ", at most"),
-       std::min(all.bytes, options_.memoryBytes)},
+      {"resource", "images", images + (bytes < all.bytes ? ", as many as fit" : ", at most"),
+       bytes},
       {"resource", "marks", "R32UI by sample", 4 * samples}};
   if (plan.trace) {
     plan.masks |= raster::kMaskRetraced;
