@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -79,7 +80,7 @@ TEST(DepthImpostors, ABallIsWhereItIs) {
 TEST(DepthImpostors, TheProcessorShowsWhatTheDeviceShows) {
   for (const std::string way :
        {R"("walk")", R"("srdm")", R"("srdm_two_rows")", R"("srdm", "refine": 4)",
-        R"("srdm", "self_maps": 6)", R"("srdm", "self_maps": 6, "layers": 2)",
+        R"("srdm", "self_maps": 6, "maps": 1)", R"("srdm", "self_maps": 6, "layers": 2)",
         R"("srdm", "depth_maps": "needed")", R"("walk", "maps": 7)", R"("srdm", "maps": 7)"}) {
     test::GlStage stage(twoBalls().scene(), kSettings);
     std::vector<Vec3> shown[2];
@@ -213,25 +214,44 @@ scene::Mesh ballOnPlate() {
   return ball;
 }
 
-TEST(DepthImpostors, AReflectorShowsItself) {
+/// Mean errors of a mirror in a white environment, without maps of its own, with one and with six.
+std::array<double, 3> errorsOfItself(scene::Mesh mesh) {
   test::SceneBuilder builder;
   builder.constantEnvironment(Vec3(1.0f));
-  builder.add(ballOnPlate(), builder.reflective(0.9f));
+  builder.add(std::move(mesh), builder.reflective(0.9f));
   test::GlStage stage(builder.scene(), kSettings);
-  double errors[2];
-  for (int i = 0; i < 2; ++i) {
-    test::GlMethod(stage, depthImpostorsEntry(),
-                   i == 0 ? R"({"points": 16})" : R"({"points": 16, "self_maps": 6})")
+  std::array<double, 3> errors{};
+  constexpr int kMaps[] = {0, 1, 6};
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    test::GlMethod(
+        stage, depthImpostorsEntry(),
+        R"({"points": 16, "fallback": "none", "self_maps": )" + std::to_string(kMaps[i]) + "}")
         .render(camera());
     const test::TracedSamples samples(stage, camera(), {});
-    errors[i] = 0.0;
     for (std::size_t k = 0; k < samples.ours.size(); ++k)
       errors[i] += static_cast<double>(glm::length(samples.ours[k] - samples.traced[k]));
     errors[i] /= static_cast<double>(samples.ours.size());
   }
-  std::printf("mean error without %.4f, with %.4f\n", errors[0], errors[1]);
+  std::printf("mean error without maps %.4f, with one %.4f, with six %.4f\n", errors[0], errors[1],
+              errors[2]);
+  return errors;
+}
+
+TEST(DepthImpostors, AReflectorShowsItself) {
+  const std::array<double, 3> errors = errorsOfItself(ballOnPlate());
   EXPECT_GT(errors[0], 0.02);
-  EXPECT_LT(errors[1], 0.5 * errors[0]);
+  EXPECT_LT(errors[2], 0.5 * errors[0]);
+}
+
+TEST(DepthImpostors, TheFunnelOfAnOpenVaseStaysAsBrightAsItIs) {
+  scene::RevolutionShape vase;
+  vase.profile = {{0.15f, -0.5f}, {0.3f, -0.3f}, {0.1f, 0.0f}, {0.3f, 0.3f}};
+  vase.caps = false;
+  const std::array<double, 3> errors =
+      errorsOfItself(scene::makeRevolution(vase, scene::UvMode::Unit));
+  EXPECT_GT(errors[0], 0.01);
+  EXPECT_LT(errors[1], 1.01 * errors[0]);
+  EXPECT_LT(errors[2], 0.7 * errors[0]);
 }
 
 // The nearer side of a ring hides the farther one, from its axes, too.

@@ -28,7 +28,7 @@ bool meets(int texel, int way, float steepest, vec3 origin, vec3 direction, out 
   // A reflector's own map is met from a little later on
   float begin = texelFetch(impostorTable, texel + kWalls).w;
   vec3 forward = texelFetch(impostorTable, texel + kPlane).xyz;
-  if (begin > 0.0 && dot(forward, direction) < kSelfCosine) return false;
+  if (begin > 0.0 && steepest == 0.0 && dot(forward, direction) < kSelfCosine) return false;
   if (!projected(texel, origin + begin * direction, direction, ray)) return false;
   float size = float(textureSize(impostorColors, 0).x);
   vec3 a = vec3(ray.from.xy * size, ray.from.z);

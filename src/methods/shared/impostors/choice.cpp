@@ -447,6 +447,7 @@ class Chooser {
 
   /// Depth maps for the rays of the object that they show, from the ends of its axes.
   void selfMaps(int object, ImpostorList& into) {
+    const std::size_t begin = into.members.size();
     for (int i = 0; i < options_.selfMaps; ++i) {
       const Vec3 axis = normalizedOr(Vec3(range(object).worldFromObject[(i + 1) % 3]), {0, 1, 0});
       const Vec3 forward = i < 3 ? -axis : axis;
@@ -454,6 +455,9 @@ class Chooser {
           insertLayers(lookingAlong(forward, {.object = object, .depth = true, .self = true})),
           into);
     }
+    if (options_.selfMaps == 0 || options_.layers > 1) return;
+    into.views.resize(begin + 1, 0);
+    into.views[begin] = options_.selfMaps;
   }
 
   const Options& options_;

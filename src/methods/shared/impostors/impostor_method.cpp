@@ -58,7 +58,9 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
   const auto program = [&](const char* label, const char* glossy) {
     std::vector<gl::Define> with = defines();
     with.push_back({"GLOSSY", glossy});
-    with.push_back({"VIEWS", kind_ == Kind::DepthMap && options_.maps != 1 ? "1" : "0"});
+    with.push_back(
+        {"VIEWS",
+         kind_ == Kind::DepthMap && (options_.maps != 1 || options_.selfMaps > 0) ? "1" : "0"});
     with.push_back({"GGX", services.scene.hasGgxLobes() ? "1" : "0"});
     with.push_back({"BOUNCES", std::to_string(options_.bounces)});
     with.push_back({"MASKS", settings.masks ? "1" : "0"});

@@ -140,7 +140,7 @@ void TileRays::meetDepthMap(RayBatch& rays, const ImpostorLines& lines) {
     rays.origin = keptOrigins_;
     rays.t = keptT_;
     const Vec3 forward(lines.quad.plane);
-    for (std::size_t i = 0; i < rays.count; ++i)
+    for (std::size_t i = 0; i < rays.count && !several_; ++i)
       if (glm::dot(forward, rays.direction.at(i)) < shared::kSelfCosine) map_.on[i] = 0;
   } else {
     project(lines.rows, size, rays, map_);

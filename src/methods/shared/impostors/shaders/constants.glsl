@@ -40,7 +40,7 @@ const int kWayPlane = 4;   // an object's own plane, without walls
 // Rays of a lobe, each a cone of its share of the lobe: as many as `traced` has by default
 const int kLobeRays = 8;
 
-// Of a reflector's own depth maps those are looked at that face a ray: cosine of the angle. Ours
+// With `layers` above 1 a ray takes only those depth maps of its own reflector that face it: cosine of the angle. Ours
 const float kSelfCosine = 0.5;
 
 // Radiance from which a look-up shows a texel that half floats have clamped: their largest less 1 %
