@@ -140,7 +140,7 @@ void printResults(const run::RunConfig& run, const std::vector<run::MethodResult
 
 /// Times the methods in turns, where that is asked for and the run is whole.
 std::optional<study::RepeatedTimes> repeatTimes(const RenderOptions& options,
-                                                const run::RunConfig& run,
+                                                const run::Stage& stage,
                                                 const std::filesystem::path& out,
                                                 ProgressPrinter& printer) {
   if (options.repeats == 0 || stopSignal() != 0) return {};
@@ -152,6 +152,8 @@ std::optional<study::RepeatedTimes> repeatTimes(const RenderOptions& options,
   std::optional<study::RepeatedTimes> times;
   measureUnlessStopped(printer, "", [&] {
     study::Bench bench(studyInputs(options), benchOptions(own, out / "repeats", printer));
+    bench.watch(stage.inputs());  // times are of the scene that was rendered
+    const run::RunConfig& run = stage.run();
     times = study::timeRepeats(bench, run, study::ratioMethod(run, options.ratioTo));
     bench.clear();
   });
@@ -206,7 +208,7 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
 
   const bool anyFailed = sayFailures(results);
   printResults(run, results, session.out, anyFailed, common.json, options.noTables,
-               repeatTimes(options, run, session.out, printer));
+               repeatTimes(options, stage, session.out, printer));
   if (stopSignal() != 0) return stoppedCode();
   return anyFailed ? ExitCode::FramesFailed : ExitCode::Done;
 }

@@ -272,7 +272,11 @@ InputConfig readConfig(const RunOptions& options) {
   // What standard input names is relative to the current folder, and its results go to out/stdin.
   const std::filesystem::path file =
       options.input == kStandardInput ? "stdin" : listedFile(options.input, {"configs", "scenes"});
-  config::Value root = inputConfig(options, file);
+  InputFiles inputs;
+  config::Value root = [&] {
+    const InputFiles::Recording recording(inputs);
+    return inputConfig(options, file);
+  }();
   if (!options.settings.empty()) root = withSelected(root, options.methods);
   for (const std::string& setting : options.settings) {
     const std::size_t equals = setting.find('=');
@@ -291,6 +295,7 @@ InputConfig readConfig(const RunOptions& options) {
   set("threads", options.threads, options.threads, "--threads");
   set("seed", options.seed, options.seed, "--seed");
   run::RunConfig run = run::readRunConfig(root, file, methods::registry(), options.methods);
+  run.inputs = std::move(inputs);
   return {std::move(root), std::move(run)};
 }
 

@@ -64,8 +64,12 @@ PreparedRun prepareRun(const study::SuiteRun& run, const study::Settings& ofEffo
   own.repeats = options.effort == "smoke" ? 1 : options.repeats;
   own.workers = options.workers;
   own.patience = options.patience;
-  for (const auto& [name, value] : study::settingsOf(run, ofEffort, folder / "scenes"))
-    own.settings.push_back(name + "=" + value);
+  InputFiles inputs;  // of which patched scenes and paths are made
+  {
+    const InputFiles::Recording recording(inputs);
+    for (const auto& [name, value] : study::settingsOf(run, ofEffort, folder / "scenes"))
+      own.settings.push_back(name + "=" + value);
+  }
   const auto frames = run.frames.find(options.effort);
   if (frames != run.frames.end()) own.frames = frames->second;
   if (!numbers.empty()) own.frames = scene::formatFrames(numbers);
@@ -75,6 +79,7 @@ PreparedRun prepareRun(const study::SuiteRun& run, const study::Settings& ofEffo
           studyInputs(own), benchOptions(own, folder / options.effort / run.name, printer)),
       {},
       run.times};
+  prepared.bench->watch(inputs);
   std::vector<std::string> methods = run.methods.empty() ? studiedMethods(own, "") : run.methods;
   if (needed != nullptr)  // with the reference, beside which all of a run are measured
     std::erase_if(methods, [&](const std::string& method) {

@@ -15,6 +15,7 @@
 
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/input_files.h"
 
 namespace catoptric {
 namespace {
@@ -62,6 +63,7 @@ void readInto(const std::filesystem::path& path, std::size_t maxBytes, auto& byt
     if (n <= 0) throw SceneError(path.string() + ": cannot be read: " + reason());
     done += static_cast<std::size_t>(n);
   }
+  noteInput(path, info, std::as_bytes(std::span(bytes.data(), bytes.size())));
 }
 
 /// Of a file ".NAME.PID@SPACE.XXXXXX.tmp".

@@ -301,6 +301,11 @@ std::optional<Night> History::night(int id) const {
 
 void History::addResult(int night, const CaseFacts& facts) {
   write([&](Database& database) {
+    const std::string before =
+        "SELECT r.id FROM result r JOIN bench b ON b.id = r.bench WHERE r.night = ? AND b.name = ?";
+    for (const char* from : {"sample WHERE result", "frame WHERE result", "result WHERE id"})
+      run(database, ("DELETE FROM " + std::string(from) + " IN (" + before + ")").c_str(), night,
+          facts.name);
     run(database,
         "INSERT INTO bench (name, print, description) VALUES (?, ?, ?) ON CONFLICT DO NOTHING",
         facts.name, facts.bench, facts.description);

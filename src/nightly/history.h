@@ -41,7 +41,8 @@ class History {
   std::vector<Night> nights(const std::string& suite, int limit) const;
   std::optional<Night> night(int id) const;
 
-  /// Stores the measurements of a case, completely or not at all.
+  /// Stores the measurements of a case, completely or not at all. Replaces what the night has of
+  /// it.
   void addResult(int night, const CaseFacts& facts);
   std::set<std::string> measured(int night) const;
   CaseFacts result(int night, const std::string& name) const;

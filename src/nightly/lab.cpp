@@ -6,6 +6,7 @@
 #include "config/json.h"
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/input_files.h"
 #include "core/log.h"
 #include "core/text.h"
 #include "nightly/bench_print.h"
@@ -49,23 +50,12 @@ class ProcessLab : public Lab {
   }
 
   BenchFacts bench(const NightCase& one) override {
-    const study::Inputs inputs = options_.inputs(one.scene, one.frames);
-    const run::RunConfig run = inputs.readRun(settingsOf(one.scene, one.method), one.method);
-    BenchFacts facts;
-    const SceneFacts& scene = sceneFactsOf(run);
-    facts.frames = scene.frames;
-    facts.description = describeCase(one) + "threads " + std::to_string(run.threads) + "\nframes " +
-                        scene::formatFrames(scene.frames) + "\nscene " + filesPrint(run.scene) +
-                        (run.path.empty() ? "" : "\npath " + filesPrint(run.path)) + "\n";
-    Fingerprint print;
-    print.add(facts.description);
-    facts.print = print.text();
-    for (const auto& [id, name] : scene.objects)
-      facts.description += "object " + std::to_string(id) + " " + name + "\n";
-    facts.command = "catoptric render";
-    for (const std::string& word : inputs.arguments(settingsOf(one.scene, one.method), one.method))
-      if (word != "-q") facts.command += " " + shellWord(word);
-    return facts;
+    try {
+      return benchOf(one);
+    } catch (const Error&) {
+      checkStop();  // a file that somebody is writing is no fault of the case
+      throw;
+    }
   }
 
   Turns measure(const NightCase& one, const std::vector<Program>& programs, int rounds, bool fresh,
@@ -82,12 +72,19 @@ class ProcessLab : public Lab {
     how.repeats = rounds;
     how.seed = ++measurements_;
     how.stopRequested = options_.patience.stopRequested;
+    how.progress = [&](int, int) { inputs_.requireUnchanged(); };
     for (const Program& program : programs) {
       checkStop();
       try {
-        runners.push_back(
-            &worker(program, inputs.arguments(settingsOf(one.scene, one.method), one.method)));
+        study::WorkerProcess& process =
+            worker(program, inputs.arguments(settingsOf(one.scene, one.method), one.method));
+        checkStop();
+        process.requireInputs(factsOf(one).inputs);
+        runners.push_back(&process);
+      } catch (const InputChanged&) {
+        throw;
       } catch (const Error& error) {
+        checkStop();
         turns.failures[program.role] = error.what();
         continue;
       }
@@ -98,8 +95,9 @@ class ProcessLab : public Lab {
       how.writeTo.push_back(turns.frames[program.role]);
     }
     for (const auto& [name, failure] : turns.failures) requireRoom(failure);
-    const study::Measurement measured = study::measureInTurns(runners, framesOf(one), how);
+    const study::Measurement measured = study::measureInTurns(runners, factsOf(one).frames, how);
     if (measured.stopped) throw study::StudyStopped();
+    checkStop();
     for (const study::SettingResult& result : measured.settings) requireRoom(result.failure);
     for (std::size_t i = 0; i < roles.size(); ++i) {
       turns.memory[roles[i]] = workers_.at(roles[i])->memoryBytes();
@@ -133,6 +131,8 @@ class ProcessLab : public Lab {
         for (const auto& [step, seconds] : process.startup())
           times[program.role][step].push_back({seconds});
       }
+    } catch (const InputChanged&) {
+      throw;
     } catch (const Error& error) {
       log::warning(one.name + ": " + error.what());
       return {};
@@ -149,12 +149,15 @@ class ProcessLab : public Lab {
       std::error_code ignored;
       if (fs::exists(folder / run::framePath("frames", number, ".exr"), ignored)) continue;
       checkStop();
-      if (!process)
+      if (!process) {
         process = std::make_unique<study::WorkerProcess>(
             options_.program,
             options_.inputs(one.scene, one.frames)
                 .arguments(settingsOf(one.scene, one.scene.against), one.scene.against),
             options_.work / "logs" / "truth.txt", options_.patience);
+        checkStop();
+        process->requireInputs(factsOf(truth).inputs);
+      }
       process->render(number, folder);
     }
   }
@@ -165,17 +168,39 @@ class ProcessLab : public Lab {
   struct SceneFacts {
     std::vector<int> frames;
     std::map<int, std::string> objects;
+    std::string inputs;  ///< InputFiles::print()
   };
 
-  void checkStop() const {
-    if (options_.patience.stopRequested && options_.patience.stopRequested())
-      throw study::StudyStopped();
+  BenchFacts benchOf(const NightCase& one) {
+    const study::Inputs inputs = options_.inputs(one.scene, one.frames);
+    const run::RunConfig run = inputs.readRun(settingsOf(one.scene, one.method), one.method);
+    BenchFacts facts;
+    const SceneFacts& scene = sceneFactsOf(run);
+    facts.frames = scene.frames;
+    facts.description = describeCase(one) + "threads " + std::to_string(run.threads) + "\nframes " +
+                        scene::formatFrames(scene.frames) + "\nscene " + filesPrint(run.scene) +
+                        (run.path.empty() ? "" : "\npath " + filesPrint(run.path)) + "\n";
+    Fingerprint print;
+    print.add(facts.description);
+    facts.print = print.text();
+    for (const auto& [id, name] : scene.objects)
+      facts.description += "object " + std::to_string(id) + " " + name + "\n";
+    facts.command = "catoptric render";
+    for (const std::string& word : inputs.arguments(settingsOf(one.scene, one.method), one.method))
+      if (word != "-q") facts.command += " " + shellWord(word);
+    return facts;
   }
 
-  const std::vector<int>& framesOf(const NightCase& one) {
+  /// Throws StudyStopped, and InputChanged.
+  void checkStop() {
+    if (options_.patience.stopRequested && options_.patience.stopRequested())
+      throw study::StudyStopped();
+    inputs_.requireUnchanged();
+  }
+
+  const SceneFacts& factsOf(const NightCase& one) {
     return sceneFactsOf(options_.inputs(one.scene, one.frames)
-                            .readRun(settingsOf(one.scene, one.method), one.method))
-        .frames;
+                            .readRun(settingsOf(one.scene, one.method), one.method));
   }
 
   study::WorkerProcess& worker(const Program& program, const std::vector<std::string>& arguments) {
@@ -194,12 +219,15 @@ class ProcessLab : public Lab {
 
   /// Scene and path of a run; the last ones are kept.
   const SceneFacts& sceneFactsOf(const run::RunConfig& run) {
-    std::string key = run.scene.string() + "\n" + run.path.string() + "\n" + run.frames + "\n";
+    std::string key = run.file.string() + "\n" + run.scene.string() + "\n" + run.path.string() +
+                      "\n" + run.frames + "\n";
     if (run.environment) key += config::parseText(run.effective, "run").get("environment").dump();
     const auto known = scenes_.find(key);
     if (known != scenes_.end()) return known->second;
     const run::Stage stage(run);
+    inputs_.add(stage.inputs());
     SceneFacts facts;
+    facts.inputs = stage.inputs().print();
     facts.frames = stage.frames();
     for (std::size_t i = 0; i < stage.scene().objects.size(); ++i)
       if (stage.scene().objects[i].reflector > 0)
@@ -208,6 +236,7 @@ class ProcessLab : public Lab {
   }
 
   LabOptions options_;
+  InputFiles inputs_;
   std::map<std::string, SceneFacts> scenes_;
   std::map<std::string, std::unique_ptr<study::WorkerProcess>> workers_;  ///< by role
   std::string workersOf_;

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/hash.h"
+#include "core/input_files.h"
 #include "core/log.h"
 #include "core/text.h"
 #include "image/image.h"
@@ -120,6 +121,8 @@ void findTruth(const History& history, const NightCase& one, CaseFacts& facts, L
     const fs::path folder = fs::path("truth") / lab.bench(truth).print;
     lab.truth(one, differing, history.folder() / folder);
     facts.truth = folder.string();
+  } catch (const InputChanged&) {
+    throw;
   } catch (const UsageError& error) {
     throw UsageError(one.name + ": the reference (\"against\" in the suite): " + error.what());
   } catch (const Error& error) {
@@ -147,6 +150,8 @@ class CaseMeasurement {
       facts_.bench = bench.print;
       facts_.description = bench.description;
       facts_.command = bench.command;
+    } catch (const InputChanged&) {
+      throw;
     } catch (const Error& error) {
       facts_.bench = "none";
       facts_.failure = error.what();
@@ -292,10 +297,21 @@ void dropOld(const History& history) {
 void measureNight(History& history, const Night& night, const std::vector<NightCase>& cases,
                   const Gates& gates, Lab& lab, const NightOptions& options) {
   const std::set<std::string> known = history.measured(night.id);
+  // In an interrupted night, what has changed since is measured again
+  const auto isMeasured = [&](const NightCase& one) {
+    if (!known.contains(one.name)) return false;
+    try {
+      return history.bench(night.id, one.name)->first == lab.bench(one).print;
+    } catch (const InputChanged&) {
+      throw;
+    } catch (const Error&) {
+      return true;
+    }
+  };
   int number = 0;
   for (const NightCase& one : cases) {
     const bool again = number++ % std::max(1, options.againEvery) == 0;
-    if (known.contains(one.name)) continue;
+    if (isMeasured(one)) continue;
     if (options.progress)
       options.progress(one.name,
                        static_cast<double>(number - 1) / static_cast<double>(cases.size()));

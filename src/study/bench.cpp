@@ -27,6 +27,19 @@ std::string printOf(const std::string& text) {
   return print.text();
 }
 
+/// What tells whether the frames of a folder are still the same: names, sizes, times of change.
+std::string folderPrint(const fs::path& folder) {
+  Fingerprint print;
+  print.add(fs::canonical(folder).string());
+  for (const auto& [number, file] : report::readSequence(folder).frames) {
+    std::error_code ignored;
+    print.add(file.string());
+    print.addValue(fs::file_size(file, ignored));
+    print.addValue(fs::last_write_time(file, ignored).time_since_epoch().count());
+  }
+  return print.text();
+}
+
 std::string printOfFile(const fs::path& file) {
   Fingerprint print;
   print.add(readFile(file));
@@ -165,6 +178,8 @@ const Bench::SceneFacts& Bench::sceneFactsOf(const run::RunConfig& run) {
   run::makePlan(run, stage.scene(), stage.environment(), stage.frames().size(),
                 made);  // says what cannot be done
   SceneFacts facts;
+  inputs_.add(stage.inputs());
+  facts.inputs = stage.inputs().print();
   Fingerprint print;
   print.addValue(stage.scene().fingerprint);
   if (!run.path.empty()) print.add(printOfFile(run.path));
@@ -177,13 +192,15 @@ const Bench::SceneFacts& Bench::sceneFactsOf(const run::RunConfig& run) {
 }
 
 Setting Bench::prepare(const Point& point) {
-  Setting setting{point, inputs_.readRun(point.settings, point.method), ""};
+  Setting setting{point, study_.readRun(point.settings, point.method), ""};
+  inputs_.add(setting.run.inputs);
   std::string& program = programs_[point.program];
   if (program.empty()) {
     std::error_code error;
     if (!point.program.empty() && !fs::is_regular_file(point.program, error))
       throw UsageError("program " + point.program + ": no such file; give a build of catoptric");
-    program = point.program.empty() ? run::buildFingerprint() : printOfFile(point.program);
+    const InputFiles::Recording recording(inputs_);
+    program = printOfFile(point.program.empty() ? ownProgram() : fs::path(point.program));
   }
   // With its name: the same options twice are two settings, which may be compared.
   setting.key =
@@ -201,8 +218,17 @@ const std::map<int, std::string>& Bench::reflectors(const Setting& setting) {
   return sceneFactsOf(setting.run).reflectors;
 }
 
-void Bench::checkStop() const {
+void Bench::checkStop() {
   if (options_.patience.stopRequested && options_.patience.stopRequested()) throw StudyStopped();
+  inputs_.requireUnchanged();
+  if (!referencePrint_.empty() && folderPrint(reference_) != referencePrint_)
+    throw InputChanged(reference_);
+}
+
+void Bench::setReference(const std::string& methodOrFolder) {
+  reference_ = methodOrFolder;
+  std::error_code ignored;
+  if (fs::exists(reference_, ignored)) referencePrint_ = folderPrint(reference_);
 }
 
 void Bench::say(const std::string& what, double share) const {
@@ -219,9 +245,7 @@ Setting Bench::referenceOf(const Setting& setting) {
 }
 
 std::string Bench::referenceKey(const Setting& setting) {
-  std::error_code ignored;
-  return fs::exists(reference_, ignored) ? printOf(fs::canonical(reference_).string())
-                                         : referenceOf(setting).key;
+  return referencePrint_.empty() ? referenceOf(setting).key : referencePrint_;
 }
 
 fs::path Bench::errorsFile(const Setting& setting) {
@@ -269,8 +293,10 @@ WorkerProcess* Bench::worker(const Setting& setting, const std::vector<std::stri
     const fs::path program =
         setting.point.program.empty() ? ownProgram() : fs::path(setting.point.program);
     auto process = std::make_unique<WorkerProcess>(
-        program, inputs_.arguments(setting.point.settings, setting.point.method),
+        program, study_.arguments(setting.point.settings, setting.point.method),
         options_.folder / "logs" / (setting.key + ".txt"), options_.patience);
+    checkStop();
+    process->requireInputs(sceneFactsOf(setting.run).inputs);
     renderers_.insert(process->renderer());
     workerMemory_ = std::max(workerMemory_, process->memoryBytes());
     workers_.emplace_front(setting.key, std::move(process));
@@ -278,6 +304,7 @@ WorkerProcess* Bench::worker(const Setting& setting, const std::vector<std::stri
   } catch (const UsageError&) {
     throw;
   } catch (const Error& error) {
+    checkStop();
     failures_[setting.key] = error.what();
     log::error(setting.text() + ": " + error.what());
     return nullptr;
@@ -285,8 +312,7 @@ WorkerProcess* Bench::worker(const Setting& setting, const std::vector<std::stri
 }
 
 report::RunData Bench::referenceFrames(const Setting& setting, const std::vector<int>& frames) {
-  std::error_code ignored;
-  if (fs::exists(reference_, ignored)) return report::readSequence(reference_);
+  if (!referencePrint_.empty()) return report::readSequence(reference_);
   const Setting reference = referenceOf(setting);
   report::RunData data;
   data.name = reference_;
@@ -357,6 +383,7 @@ void Bench::compare(const Setting& setting, const std::vector<int>& frames,
     }
     known = std::move(one);
   }
+  checkStop();
   writeErrors(file, all);
   errors_[file.string()] = std::move(all);
   if (options_.keepFrames || setting.key == referenceKey(setting)) return;
@@ -378,6 +405,8 @@ void Bench::findErrors(const std::vector<Setting>& settings, const std::vector<i
         written[number] = process->render(number, framesFolder(setting));
         ++framesRendered_;
       }
+    } catch (const UsageError&) {
+      throw;
     } catch (const Error& error) {
       failures_[setting.key] = error.what();
       log::error(setting.text() + ": " + error.what());
@@ -421,6 +450,7 @@ const Samples& Bench::measure(const std::vector<Setting>& settings, const std::v
   turns.seed = options_.seed;
   turns.stopRequested = options_.patience.stopRequested;
   turns.progress = [&](int done, int all) {
+    inputs_.requireUnchanged();
     say("timing " + std::to_string(runners.size()) + " settings, interleaved",
         static_cast<double>(done) / all);
   };
@@ -428,6 +458,7 @@ const Samples& Bench::measure(const std::vector<Setting>& settings, const std::v
   framesRendered_ += static_cast<int>(samples.measurement.turns.size()) +
                      static_cast<int>(frames.size() * runners.size());
   if (samples.measurement.stopped) throw StudyStopped();
+  checkStop();
   for (std::size_t i = 0; i < running.size(); ++i) {
     const SettingResult& result = samples.measurement.settings[i];
     if (!result.failure.empty()) {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 
+#include "core/input_files.h"
 #include "run/folder/machine.h"
 #include "run/folder/run_folder.h"
 #include "study/axes.h"
@@ -62,7 +63,7 @@ struct Samples {
 class Bench {
  public:
   Bench(Inputs inputs, BenchOptions options)
-      : inputs_(std::move(inputs)), options_(std::move(options)) {}
+      : study_(std::move(inputs)), options_(std::move(options)) {}
 
   /// Throws UsageError for settings that the config does not allow, and SceneError.
   Setting prepare(const Point& point);
@@ -72,8 +73,11 @@ class Bench {
   const std::map<int, std::string>& reflectors(const Setting& setting);
 
   /// Sets the reference: a method of the config (or the registry), or a folder with frames.
-  void setReference(const std::string& methodOrFolder) { reference_ = methodOrFolder; }
+  void setReference(const std::string& methodOrFolder);
   const std::string& reference() const { return reference_; }
+  /// Adds files that made the configs or scenes of settings. A change of an input file ends the
+  /// study: all that measures throws InputChanged then, and stores nothing more.
+  void watch(const InputFiles& files) { inputs_.add(files); }
   /// Declares the error measures that will be asked for. With kFlicker among them, the errors of a
   /// frame also need the frame before it, which is rendered too.
   void setMetrics(const std::vector<std::string>& metrics);
@@ -119,6 +123,7 @@ class Bench {
  private:
   struct SceneFacts {
     std::string fingerprint;
+    std::string inputs;  ///< InputFiles::print()
     std::vector<int> frames;
     std::map<int, std::string> reflectors;
   };
@@ -134,15 +139,18 @@ class Bench {
   void compare(const Setting& setting, const std::vector<int>& frames,
                const std::map<int, FrameReport>& written);
   void keep(const Samples& samples);
-  void checkStop() const;
+  /// Throws StudyStopped, and InputChanged.
+  void checkStop();
   void say(const std::string& what, double share) const;
 
-  Inputs inputs_;
+  Inputs study_;
   BenchOptions options_;
   std::string reference_;
   bool flicker_ = false;  ///< see setMetrics()
   std::map<std::string, SceneFacts> scenes_;
   std::map<std::string, std::string> programs_;  ///< fingerprints, by path
+  InputFiles inputs_;           ///< all files that settings have read, and the programs
+  std::string referencePrint_;  ///< of a folder with frames: see folderPrint()
   std::list<std::pair<std::string, std::unique_ptr<WorkerProcess>>>
       workers_;  ///< most recently used first
   std::uint64_t workerMemory_ = 0;

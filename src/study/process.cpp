@@ -18,6 +18,8 @@
 #include "config/json_text.h"
 #include "core/clock.h"
 #include "core/error.h"
+#include "core/input_files.h"
+#include "run/folder/machine.h"
 
 extern char** environ;
 
@@ -99,6 +101,7 @@ WorkerProcess::WorkerProcess(const fs::path& program, const std::vector<std::str
     const config::Value ready = config::parseText(readLine(), program_.string());
     renderer_ = ready.get("renderer").asString();
     build_ = ready.get("build").asString();
+    if (ready.has("inputs")) inputs_ = ready.get("inputs").asString();
     if (ready.has("startup"))
       for (const auto& [step, seconds] : numbersOf(ready.get("startup")))
         startup_["start." + step] = seconds;
@@ -108,6 +111,10 @@ WorkerProcess::WorkerProcess(const fs::path& program, const std::vector<std::str
     end();
     throw;
   }
+}
+
+void WorkerProcess::requireInputs(const std::string& inputs) const {
+  if (build_ == run::buildFingerprint() && inputs_ != inputs) throw InputChanged("an input file");
 }
 
 void WorkerProcess::end() {

@@ -39,6 +39,9 @@ class WorkerProcess : public Runner {
 
   const std::string& renderer() const { return renderer_; }
   const std::string& build() const { return build_; }
+  /// Throws InputChanged if it is a process of this build and has read other contents than
+  /// `inputs`, an InputFiles::print(): a file has changed, perhaps back meanwhile.
+  void requireInputs(const std::string& inputs) const;
   /// Seconds before the first frame, by name: "start" is the sum of all steps, "start.bake" one
   /// step. Older builds report the sum only.
   const std::map<std::string, double>& startup() const { return startup_; }
@@ -59,6 +62,7 @@ class WorkerProcess : public Runner {
   std::string buffered_;
   std::string renderer_;
   std::string build_;
+  std::string inputs_;  ///< empty: of an older build, which does not say it
   std::map<std::string, double> startup_;
   std::uint64_t memoryBytes_ = 0;
 };

@@ -92,6 +92,7 @@ class Frames {
         .add("ready", true)
         .add("renderer", renderer)
         .add("build", run::buildFingerprint())
+        .add("inputs", stage_.inputs().print())
         .add("startup_seconds", startup)
         .raw("startup", stepsJson(samples))
         .add("memory_bytes", peakMemoryBytes())

@@ -9,6 +9,7 @@
 
 #include "config/json.h"
 #include "config/json_text.h"
+#include "core/input_files.h"
 #include "image/image.h"
 #include "methods/contract/method.h"
 #include "scene/scene.h"
@@ -76,6 +77,7 @@ struct RunConfig {
   std::string device = "auto";
   int threads = 0;
   std::string effective;  ///< canonical JSON of the whole config, with defaults
+  InputFiles inputs;      ///< the config's file
 
   /// The part of `effective` that determines the pixels or bytes of one method's frames.
   std::string pixelSettings(const MethodConfig& method) const;

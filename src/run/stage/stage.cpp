@@ -80,6 +80,7 @@ constexpr int kMaxFrame = 10'000'000;  ///< of any path
 }  // namespace
 
 Stage::Stage(const RunConfig& run) : run_(run) {
+  const InputFiles::Recording recording(run_.inputs);
   // Wrong names, frames and files are noticed before anything large is loaded
   gl::parseDevice(run_.device);
   vectorLevel();

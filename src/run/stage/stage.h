@@ -35,6 +35,8 @@ class Stage {
   const scene::Scene& scene() const { return scene_; }
   const frame::EnvironmentLight& environment() const { return *environment_; }
   const scene::CameraPath& path() const { return *path_; }
+  /// The files of config, scene, path, environment and assets, as they were read.
+  const InputFiles& inputs() const { return run_.inputs; }
   /// The frames of the run, ascending: its `frames`, or all frames of the path.
   const std::vector<int>& frames() const { return frames_; }
 
