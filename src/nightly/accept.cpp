@@ -48,7 +48,8 @@ History::Acceptance acceptanceOf(const History& history, const Night& night,
     const bool ofFrame = verdict.kind == "picture" || verdict.kind == "counter";
     if (pattern.frame != 0 && (!ofFrame || verdict.frame != pattern.frame)) continue;
     accepted.kinds.push_back(verdict.kind);
-    frames = frames || ofFrame || verdict.kind == "disk" || verdict.kind == "flicker";
+    frames = frames || ofFrame || verdict.kind == "disk" || verdict.kind == "flicker" ||
+             verdict.kind == "scene";
     // What takes longer, or more memory, is what the next nights are compared with
     if (verdict.kind == "time" || verdict.kind == "creep" || verdict.kind == "memory")
       accepted.baselines = {{role::kAccepted, night.build, night.id},
@@ -77,7 +78,7 @@ bool wantsAcceptance(const Verdict& verdict) {
   if (verdict.kind == "picture") return verdict.status != "not finite";
   return verdict.status == "slower" || verdict.status == "creeps" ||
          ((verdict.kind == "counter" || verdict.kind == "disk" || verdict.kind == "memory" ||
-           verdict.kind == "flicker") &&
+           verdict.kind == "flicker" || verdict.kind == "scene") &&
           verdict.outcome == Outcome::Regression);
 }
 

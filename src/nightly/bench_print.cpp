@@ -99,6 +99,14 @@ std::string describeCase(const NightCase& one) {
   return text;
 }
 
+std::string sceneLinesOf(const std::string& description) {
+  std::string text;
+  for (const auto& [name, value] : linesOf(description))
+    if (name == "scene" || name == "path" || name == "environment_file")
+      text += name + " " + value + "\n";
+  return text;
+}
+
 std::string differenceOf(const std::string& before, const std::string& after) {
   const std::map<std::string, std::string> from = linesOf(before);
   const std::map<std::string, std::string> to = linesOf(after);

@@ -16,6 +16,9 @@ std::string filesPrint(const std::filesystem::path& file);
 /// The case's config and settings, one line per value.
 std::string describeCase(const NightCase& one);
 
+/// The lines of a description that say which scene was rendered, along which path.
+std::string sceneLinesOf(const std::string& description);
+
 /// The lines in which two descriptions differ: "image.width 256 -> 512, ...".
 std::string differenceOf(const std::string& before, const std::string& after);
 

@@ -63,6 +63,9 @@ struct Night {
   bool partial = false;  ///< with --only: missing cases do not count as removed
 };
 
+/// The status of a case of which another scene was accepted than tonight's.
+inline constexpr const char* kChangedScene = "changed scene";
+
 enum class Outcome { Good, Skipped, Regression, Crash };
 
 /// The verdict on one aspect of a case in a night.

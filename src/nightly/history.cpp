@@ -472,6 +472,15 @@ std::map<int, Reference> History::references(const std::string& name,
   return all;
 }
 
+std::optional<std::pair<std::string, std::string>> History::acceptedBench(
+    const std::string& name) const {
+  return firstOf(rows(
+      "SELECT b.print, b.description FROM reference f JOIN bench b ON b.id = f.bench JOIN "
+      "acknowledgement a ON a.id = f.acknowledgement WHERE b.name = ? AND a.undone IS NULL "
+      "ORDER BY f.id DESC LIMIT 1",
+      [](const Statement& row) { return std::pair(textOf(row, 0), textOf(row, 1)); }, name));
+}
+
 std::set<std::string> History::buildsInUse() const {
   const std::vector<std::string> builds = rows(
       "SELECT DISTINCT bu.fingerprint FROM build bu WHERE bu.id IN (SELECT l.build "

@@ -73,6 +73,9 @@ class History {
   std::optional<Baseline> baseline(const std::string& name, const std::string& bench,
                                    const std::string& machine, const std::string& role) const;
   std::map<int, Reference> references(const std::string& name, const std::string& bench) const;
+  /// The fingerprint and description of what a case measured when its frames were last accepted;
+  /// nullopt: they never were.
+  std::optional<std::pair<std::string, std::string>> acceptedBench(const std::string& name) const;
   /// The programs that are still referred to.
   std::set<std::string> buildsInUse() const;
 

@@ -84,9 +84,24 @@ class NightJudge {
       }
   }
 
+  /// Whether other scenes were accepted, and this one was not: then it is not known who changed it,
+  /// and whether its pictures are right.
+  bool judgeChangedScene(const CaseFacts& facts) {
+    const auto accepted = history_.acceptedBench(facts.name);
+    if (!accepted || !history_.references(facts.name, facts.bench).empty()) return false;
+    const std::string before = sceneLinesOf(accepted->second);
+    const std::string now = sceneLinesOf(facts.description);
+    if (before == now) return false;
+    add(facts.name, "scene", kChangedScene, Outcome::Regression, 0,
+        "its files have changed since its frames were accepted (" + differenceOf(before, now) +
+            "). Look at the pictures before and now; accept them, or undo the change");
+    return true;
+  }
+
   /// Is the case new, or does it measure something else than before?
   void judgeScene(const CaseFacts& facts) {
     if (facts.bench == "none") return;  // its config is wrong
+    if (judgeChangedScene(facts)) return;
     std::optional<std::pair<std::string, std::string>> before;
     for (const Night& night : history_.nights(night_.suite, 400)) {
       if (night.id >= night_.id || night.effort != night_.effort) continue;

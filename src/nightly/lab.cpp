@@ -180,6 +180,8 @@ class ProcessLab : public Lab {
     facts.description = describeCase(one) + "threads " + std::to_string(run.threads) + "\nframes " +
                         scene::formatFrames(scene.frames) + "\nscene " + filesPrint(run.scene) +
                         (run.path.empty() ? "" : "\npath " + filesPrint(run.path)) + "\n";
+    if (run.environment && run.environment->type == scene::EnvironmentType::File)
+      facts.description += "environment_file " + filesPrint(run.environment->file) + "\n";
     Fingerprint print;
     print.add(facts.description);
     facts.print = print.text();

@@ -11,6 +11,7 @@
 
 #include "nightly/accept.h"
 #include "nightly/open_night.h"
+#include "nightly/page.h"
 #include "nightly/test_lab.h"
 
 namespace catoptric::nightly {
@@ -273,6 +274,61 @@ TEST_F(Nights, WhatIsAcceptedHoldsAndCanBeTakenBack) {
   EXPECT_THROW(history->undo(accepted.acknowledgement, utcNow()), UsageError);
   after = failures(night(build));
   EXPECT_THAT(after, HasSubstr("own.a.m"));
+}
+
+TEST_F(Nights, AChangedSceneWaitsUntilItIsAccepted) {
+  night({});
+  lab.edits["b"] = "2";
+  EXPECT_EQ(failures(night({})), "");  // nothing was accepted before
+  acceptVerdicts(*history, {{"*"}, "first", "tester"});
+  EXPECT_EQ(failures(night({})), "");
+  lab.edits["a"] = "2";
+  for (int i = 0; i < 2; ++i) {
+    const std::vector<Verdict> verdicts = night({});
+    EXPECT_THAT(failures(verdicts), HasSubstr("own.a.m scene changed scene"));
+    EXPECT_THAT(of(verdicts, "a", "scene").front().message, HasSubstr("scene a -> a2"));
+    EXPECT_EQ(of(verdicts, "a", "scene").front().began, 4);
+    EXPECT_EQ(statusOf(verdicts, "a", "picture"), "new");
+    EXPECT_EQ(summaryOf(verdicts).regressions, 1);
+  }
+  PageOptions page;
+  page.out = folder / "page";
+  const Night last = *history->night(5);
+  const std::string html = readTextFile(writePage(*history, last, history->verdicts(5), page));
+  EXPECT_LT(html.find("<h2>Changed scenes</h2>"), html.find("<article id=\"own.a.m\""));
+  EXPECT_LT(html.find("<article id=\"own.a.m\""), html.find("<h2>Problems</h2>"));
+  EXPECT_THAT(html, HasSubstr("pictures/own.a.m.1.accepted.png"));
+  EXPECT_THAT(html, HasSubstr("pictures/own.a.m.1.tonight.png"));
+  EXPECT_THAT(html, HasSubstr("catoptric nightly accept own.a.m"));
+  acceptVerdicts(*history, {{"a.m"}, "a better ball", "tester"});
+  EXPECT_EQ(summaryOf(history->verdicts(5)).regressions, 0);
+  EXPECT_EQ(failures(night({})), "");
+  lab.edits["a"] = "";  // what was accepted before is known, too
+  EXPECT_EQ(failures(night({})), "");
+}
+
+TEST_F(Nights, WhatHasChangedInAnInterruptedNightIsMeasuredAgain) {
+  const NightOptions options = [&] {
+    NightOptions one;
+    one.program = folder / "programs" / "b1";
+    std::ofstream(one.program) << "b1";
+    return one;
+  }();
+  builds["b1"] = {};
+  const Night wanted{0,  "own", "p", "full", "machine", "b1", "1.0", "2026-01-01T00:00:00Z",
+                     "", false};
+  const OpenNight open(*history, wanted);
+  const auto measure = [&] {
+    measureNight(*history, open.night(), casesOf(suite, "full", {}, lab), suite.gates, lab,
+                 options);
+  };
+  measure();
+  const std::string before = history->bench(open.night().id, "own.a.m")->first;
+  lab.edits["a"] = "2";
+  measure();
+  EXPECT_NE(history->bench(open.night().id, "own.a.m")->first, before);
+  EXPECT_EQ(history->measured(open.night().id).size(), suite.scenes.size());
+  EXPECT_EQ(history->result(open.night().id, "own.a.m").frames.size(), kTestFrames.size());
 }
 
 TEST_F(Nights, DamagedAndEmptyHistoriesAreSaid) {

@@ -9,6 +9,7 @@
 #include "core/file.h"
 #include "core/remove_files.h"
 #include "core/text.h"
+#include "nightly/accept.h"
 #include "nightly/judge_night.h"
 #include "nightly/junit.h"
 #include "nightly/page_assets.h"
@@ -57,6 +58,11 @@ struct CaseVerdicts {
   Outcome outcome = Outcome::Good;
   std::vector<Verdict> verdicts;
 
+  bool hasChangedScene() const {
+    return std::ranges::any_of(
+        verdicts, [](const Verdict& verdict) { return verdict.status == kChangedScene; });
+  }
+
   std::string words() const {
     std::string all = name;
     for (const Verdict& verdict : verdicts)
@@ -104,11 +110,20 @@ class PageWriter {
         pictures_(history, options.out, options.singleFile, kSingleFileBytes - kTextRoom) {}
 
   std::string page() {
+    std::string changed;
     for (const CaseVerdicts& one : cases_)
-      if (one.outcome != Outcome::Good) addCase(one);
+      if (one.outcome != Outcome::Good)
+        (one.hasChangedScene() ? changed : articles_) += article(one);
+    if (!changed.empty())
+      changed =
+          "<h2>Changed scenes</h2>\n<p>Their files are not those whose frames were accepted. "
+          "Nothing that follows compares tonight’s build with another one there.</p>\n" +
+          changed;
     std::string body =
-        head() + filter() + kMark + "\n<h2>Problems</h2>\n" +
-        (articles_.empty() ? "<p>None: every case is as it was accepted.</p>\n" : articles_) +
+        head() + filter() + kMark + "\n" + changed + "<h2>Problems</h2>\n" +
+        (articles_.empty() ? "<p>None: every " + std::string(changed.empty() ? "" : "other ") +
+                                 "case is as it was accepted.</p>\n"
+                           : articles_) +
         "</main>\n" + table() + acknowledgements() + notes();
     const std::string style = options_.singleFile
                                   ? "<style>" + std::string(kPageStyle) + "</style>\n"
@@ -153,7 +168,7 @@ class PageWriter {
            text(one.words()) + "\"";
   }
 
-  void addCase(const CaseVerdicts& one) {
+  std::string article(const CaseVerdicts& one) {
     std::string lines;
     std::vector<Verdict> frames;
     bool wants = false;
@@ -163,9 +178,7 @@ class PageWriter {
       lines += verdictLine(verdict);
       if (verdict.kind == "picture" && verdict.frame != 0) frames.push_back(verdict);
       timed = timed || verdict.kind == "time" || verdict.kind == "creep";
-      wants = wants || (verdict.acknowledgement == 0 && verdict.kind != "run" &&
-                        verdict.kind != "scene" && verdict.status != "not finite" &&
-                        verdict.status != "undecided" && verdict.status != "void");
+      wants = wants || wantsAcceptance(verdict);
     }
     std::string commands;
     CaseFacts facts;
@@ -176,12 +189,12 @@ class PageWriter {
         commands += copyLine("catoptric nightly accept " + one.name + " --history " +
                              shellWord(options_.historyOption) + " --reason 'WHY'");
     }
-    articles_ += "<article id=\"" + text(one.name) + "\" " + attributes(one) +
-                 ">\n<h3><a href=\"#" + text(one.name) + "\">" + text(one.name) +
-                 "</a> <span class=\"" + outcomeName(one.outcome) + "\">" +
-                 outcomeName(one.outcome) + "</span></h3>\n<ul>" + lines + "</ul>\n" + commands +
-                 (timed ? trend(one.name, facts.bench) : "") + (timed ? steps(facts) : "") +
-                 figures(facts, frames) + "</article>\n";
+    return "<article id=\"" + text(one.name) + "\" " + attributes(one) + ">\n<h3><a href=\"#" +
+           text(one.name) + "\">" + text(one.name) + "</a> <span class=\"" +
+           outcomeName(one.outcome) + "\">" + outcomeName(one.outcome) + "</span></h3>\n<ul>" +
+           lines + "</ul>\n" + commands + (timed ? trend(one.name, facts.bench) : "") +
+           (timed ? steps(facts) : "") + figures(facts, frames, one.hasChangedScene()) +
+           "</article>\n";
   }
 
   std::string verdictLine(const Verdict& verdict) const {
@@ -270,9 +283,15 @@ class PageWriter {
     return folded("Steps of tonight’s first round", table, false);
   }
 
-  std::string figures(const CaseFacts& facts, const std::vector<Verdict>& frames) {
-    const std::map<int, Reference> references =
-        frames.empty() ? std::map<int, Reference>{} : history_.references(facts.name, facts.bench);
+  /// `changedScene`: accepted frames are those of the scene before.
+  std::string figures(const CaseFacts& facts, const std::vector<Verdict>& frames,
+                      bool changedScene) {
+    std::map<int, Reference> references;
+    if (!frames.empty()) {
+      const auto before =
+          changedScene ? history_.acceptedBench(facts.name) : std::pair(facts.bench, std::string());
+      if (before) references = history_.references(facts.name, before->first);
+    }
     std::string html;
     int shown = 0;
     for (const Verdict& verdict : frames) {

@@ -64,7 +64,7 @@ class TestLab : public Lab {
   BenchFacts bench(const NightCase& one) override {
     BenchFacts facts;
     facts.frames = kTestFrames;
-    facts.description = "scene " + one.scene.name + "\n";
+    facts.description = "scene " + one.scene.name + edits[one.scene.name] + "\n";
     for (const auto& [name, value] : one.scene.settings)
       facts.description += "set:" + name + " " + value + "\n";
     Fingerprint print;
@@ -129,6 +129,7 @@ class TestLab : public Lab {
   }
 
   Machine machine;
+  std::map<std::string, std::string> edits;  ///< of scenes' files
 
  private:
   /// The name of a build: b07 for the program "builds/b07/bin/catoptric" or a file "b07".
