@@ -312,6 +312,55 @@ TEST_F(Sweep, TuneNamesTheNearestWhereNothingSatisfies) {
   EXPECT_FALSE(fs::exists(folder / "t/tuned.json"));
 }
 
+TEST_F(Sweep, TuneKeepsItsBudgetAndNamesTheNearest) {
+  // Hours, without a budget; one frame takes milliseconds
+  const auto start = std::chrono::steady_clock::now();
+  const Result result =
+      run("tune run.json --method reference --against truth --max-error 'L1_8bit<=0' "
+          "--set path=path.json --set frames=1-3 --vary methods.reference.samples=1..24:24 "
+          "--vary methods.reference.rays=1..24:24 --repeats 1000 --budget 0.05 "
+          "--progress none --out t");
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  EXPECT_EQ(result.exitCode, 7) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("The budget was spent"));
+  EXPECT_THAT(result.out, HasSubstr("Nearest: reference samples="));
+  EXPECT_GT(seconds.count(), 3.0);
+  EXPECT_LT(seconds.count(), 3.0 * 2.0);  // of a machine that does other things, too
+}
+
+TEST_F(Sweep, TuneSaysBeforeWhatItWillDo) {
+  const Result result =
+      run("tune run.json --method reference --against truth --max-error 'L1_8bit<=1' "
+          "--vary methods.reference.samples=1,2,3 --vary methods.reference.rays=1,2 --repeats 4 "
+          "--dry-run --out t");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  // The middle, two other numbers of samples, one of rays: one round of errors, one warm, four
+  EXPECT_THAT(result.out, HasSubstr("6 combinations. First, 4 that differ in one option are "
+                                    "measured on 3 of 3 frames: 72 frames to render"));
+  EXPECT_FALSE(fs::exists(folder / "t"));
+}
+
+TEST_F(Sweep, TablesRenderWhatTheAskedOnesNeed) {
+  std::ofstream(folder / "o.suite.json") << R"json({"title": "O", "runs": {
+  "one": {"config": "run.json", "frames": {"smoke": "1"}, "against": "truth", "times": false},
+  "two": {"config": "run.json", "frames": {"smoke": "2"}, "against": "truth", "times": false}},
+  "tables": [
+    {"title": "A", "columns": ["a"], "rows": [["error(one.reference, L1_8bit)"]]},
+    {"title": "B", "columns": ["b", "c"], "rows": [["error(two.reference, L1_8bit)", "slope(1, s)"]]}],
+  "figures": [{"title": "F", "x": "x", "y": "y", "values": [1, 2], "series": {
+    "s": ["error(two.reference, L1_8bit)", "error(two.reference, rmse)"]}}],
+  "checks": [{"value": "error(one.reference, L1_8bit)", "from": 0, "to": 255}]})json";
+  const std::string command = "tables o.suite.json --effort smoke --out t --progress none ";
+  const Result second = run(command + "--only 2");
+  EXPECT_EQ(second.exitCode, 0) << second.err;
+  EXPECT_THAT(second.err, HasSubstr("two: 2 frames rendered"));
+  EXPECT_THAT(second.err, testing::Not(HasSubstr("one: ")));
+  EXPECT_THAT(second.out, testing::Not(HasSubstr("A\n")));
+  EXPECT_THAT(run(command).err, HasSubstr("one: 2 frames rendered"));
+  EXPECT_THAT(run(command + "--only 3").err, HasSubstr("--only 3: the suite has 2 tables"));
+  EXPECT_THAT(run(command + "--only 1 --check").err, HasSubstr("--only cannot be combined"));
+}
+
 TEST_F(Sweep, SaysHowFarTheReferenceItselfIsOff) {
   const Result result =
       run("sweep run.json --method reference --against truth --repeats 0 --progress none "

@@ -81,13 +81,14 @@ PreparedRun prepareRun(const study::SuiteRun& run, const study::Settings& ofEffo
       run.times};
   prepared.bench->watch(inputs);
   std::vector<std::string> methods = run.methods.empty() ? studiedMethods(own, "") : run.methods;
+  const std::string against = run.against.empty() ? methods.front() : run.against;
   if (needed != nullptr)  // with the reference, beside which all of a run are measured
     std::erase_if(methods, [&](const std::string& method) {
-      return !needed->contains(method) && method != run.against;
+      return !needed->contains(method) && method != against;
     });
   for (const std::string& method : methods)
     prepared.settings.push_back(prepared.bench->prepare({method, {}, "", ""}));
-  prepared.bench->setReference(run.against.empty() ? methods.front() : run.against);
+  prepared.bench->setReference(against);
   prepared.bench->checkReference(prepared.settings);
   return prepared;
 }
@@ -170,7 +171,7 @@ void measureRun(const PreparedRun& run, bool textOnly, study::SuiteData& data) {
 void writeTables(const study::Suite& suite, const study::SuiteData& data,
                  const TablesOptions& options, const std::filesystem::path& folder,
                  const std::string& context) {
-  const std::vector<report::Table> tables = study::suiteTables(suite, data, options.only);
+  const std::vector<report::Table> tables = study::suiteTables(suite, data);
   std::vector<study::Chart> charts;
   for (study::SuiteChart& one : study::suiteCharts(suite, data)) {
     if (!one.file.empty() && !options.pictures.empty())
@@ -238,13 +239,14 @@ std::vector<PreparedRun> prepareRuns(const study::Suite& suite, const TablesOpti
   std::vector<PreparedRun> runs;
   for (const study::SuiteRun& run : suite.runs) {
     const auto methods = needed.find(run.name);
-    if (!options.values.empty() && methods == needed.end()) continue;
+    const bool some = !options.values.empty() || !options.only.empty();
+    if (some && methods == needed.end()) continue;
     // Said before the scenes are loaded: that can take minutes.
     if (options.textOnly && !std::filesystem::exists(folder / options.effort / run.name / "errors"))
       failUnmeasured(run.name);
-    runs.push_back(prepareRun(
-        run, ofEffort == suite.efforts.end() ? study::Settings{} : ofEffort->second, options,
-        options.values.empty() ? nullptr : &methods->second, {}, printer, folder));
+    runs.push_back(
+        prepareRun(run, ofEffort == suite.efforts.end() ? study::Settings{} : ofEffort->second,
+                   options, some ? &methods->second : nullptr, {}, printer, folder));
     runs.back().bench->setMetrics(study::metricsOf(suite, run.name));
     for (const study::Setting& setting : runs.back().settings)
       data.runs[run.name][setting.point.method].setting = setting;
@@ -292,16 +294,22 @@ void drawPictures(const study::Suite& suite, const study::SuiteData& data,
 void writeInto(const std::string& page, const study::Suite& suite, const study::SuiteData& data,
                bool write) {
   const std::string text =
-      study::withTables(readTextFile(page), study::suiteTables(suite, data, {}), page);
+      study::withTables(readTextFile(page), study::suiteTables(suite, data), page);
   if (write) writeFileAtomically(page, std::string_view(text));
 }
 
 ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   requireOneOf("--effort", options.effort, kEfforts);
+  const bool needsAll = !options.into.empty() || !options.values.empty() ||
+                        !options.pictures.empty() || options.check;
+  if (!options.only.empty() && needsAll)
+    throw UsageError(
+        "--only cannot be combined with --into, --values, --pictures or --check, which need all "
+        "tables");
   for (const std::string& format : options.formats) requireOneOf("--format", format, kFormats);
   const ProgressMode mode = parseProgress(options.progress, common.quiet);
   ProgressPrinter printer(mode);
-  const study::Suite suite = study::readSuite(options.suite);
+  study::Suite suite = study::readSuite(options.suite);
   std::string name = std::filesystem::path(options.suite).stem().string();
   if (name.ends_with(".suite")) name.resize(name.size() - 6);
   const std::filesystem::path folder = options.out.empty()
@@ -315,6 +323,7 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   catchStopSignals(mode == ProgressMode::Json);
   study::SuiteData data;
   data.figures = suite.figures;
+  if (!options.only.empty()) suite = study::withTablesAlone(std::move(suite), options.only);
   std::optional<study::StoredValues> values;
   if (!options.values.empty()) {
     values.emplace(options.values);
@@ -322,7 +331,7 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   }
   const std::vector<PreparedRun> runs = prepareRuns(suite, options, printer, folder, data);
   // What the cells name is checked before anything is rendered.
-  study::suiteTables(suite, data, {});
+  study::suiteTables(suite, data);
   study::suiteCharts(suite, data);
   study::failedChecks(suite, data);
   if (!options.into.empty()) writeInto(options.into, suite, data, false);
@@ -360,7 +369,7 @@ Command tablesCommand(CommonOptions& common) {
              "How many frames are rendered: smoke (only to see that it works), quick, or full",
              {.showsDefault = true}),
       option("--only", options->only, "N",
-             "Write only these tables, by their numbers, separated by commas",
+             "Measure and write only these tables, by their numbers, separated by commas",
              {.commas = true, .oneEach = true}),
       option("--format", options->formats, "FORMAT",
              "Formats of the tables, separated by commas: md, csv, json, html, tex",

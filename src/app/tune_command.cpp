@@ -1,11 +1,13 @@
 // catoptric tune.
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <set>
 
 #include "app/run_options.h"
 #include "app/study_options.h"
 #include "config/json_text.h"
+#include "core/clock.h"
 #include "core/file.h"
 #include "core/log.h"
 #include "core/text.h"
@@ -27,6 +29,7 @@ struct TuneCommand : StudyOptions {
   double marginPercent = 5.0;
   double budgetMinutes = 0.0;
   bool perReflector = false;
+  bool dryRun = false;
 };
 
 study::Bound boundOf(const TuneCommand& options) {
@@ -84,7 +87,11 @@ std::string testText(study::Bench& bench, const TuneCommand& options, const Tune
   point.settings.emplace_back("path", options.testPath);
   const study::Setting setting = bench.prepare(point);
   const std::vector<int> frames = bench.frames(setting);
-  bench.findErrors({setting}, frames);
+  try {
+    bench.findErrors({setting}, frames);
+  } catch (const study::BudgetSpent&) {
+    return "The time was over before the result was tested on " + options.testPath + ".\n";
+  }
   const study::PointErrors& errors = bench.errors(setting);
   const double error = errors.pooled(tuned.bound.metric, frames);
   const int worst = errors.worstFrame(tuned.bound.metric, frames);
@@ -144,11 +151,15 @@ std::string resultText(study::Bench& bench, const Tuned& tuned) {
   const std::string effort = " (" + std::to_string(tried) + " of " +
                              std::to_string(result.combinations) + " combinations tried)";
   if (!result.best) {
-    std::string text = "Nothing satisfies " + tuned.bound.text + effort + ".";
+    std::string text = (result.outOfTime ? "The budget was spent before anything was verified to "
+                                           "satisfy "
+                                         : "Nothing satisfies ") +
+                       tuned.bound.text + effort + ".";
     if (result.nearest)
       text += " Nearest: " + tuned.settings[*result.nearest].text() + ", " + tuned.bound.metric +
               " " + report::fixedText(result.error, 3) + ", " +
-              report::fixedText(1e3 * result.seconds, 1) + " ms.";
+              (std::isfinite(result.seconds) ? report::fixedText(1e3 * result.seconds, 1) + " ms."
+                                             : std::string("not timed."));
     if (result.nearest && tuned.bound.kind == study::Bound::Kind::Error)
       text += heldBy(bench.errors(tuned.settings[*result.nearest]), tuned.bound);
     const bool undecided = std::ranges::any_of(result.trials, [&](const study::Trial& trial) {
@@ -173,7 +184,8 @@ std::string resultText(study::Bench& bench, const Tuned& tuned) {
 /// tune --per-reflector, once all options are checked.
 ExitCode tuneMixture(TuneCommand options, const study::Bound& bound,
                      study::Measurement::Clock clock, ProgressPrinter& printer) {
-  if (!options.vary.empty()) throw UsageError("--per-reflector cannot be combined with --vary");
+  if (!options.vary.empty() || options.budgetMinutes > 0.0 || options.dryRun)
+    throw UsageError("--per-reflector cannot be combined with --vary, --budget or --dry-run");
   const std::string against = referenceName(options);
   const std::vector<std::string> methods = studiedMethods(options, against);
   options.settings.emplace_back(R"(image.layers=["s","id"])");  // whose pixels are whose
@@ -208,7 +220,8 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   ProgressPrinter printer(mode);
   Tuned tuned;
   tuned.bound = boundOf(options);
-  study::TuneTimes times{parseClock(options.clock), 60.0 * options.budgetMinutes, {}};
+  const std::int64_t start = nowNs();
+  study::TuneTimes times{parseClock(options.clock), {}};
   study::TuneOptions tuneOptions;
   tuneOptions.bound = tuned.bound;
   tuneOptions.verifyFrames = verifyFrames(options.verify);
@@ -223,7 +236,12 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   const std::vector<std::string> methods = studiedMethods(options, tuned.against);
   const study::Inputs inputs = studyInputs(options);
   const std::filesystem::path folder = studyFolder(options, inputs, methods, "tune");
-  study::Bench bench(inputs, benchOptions(options, folder, printer));
+  study::BenchOptions benchWith = benchOptions(options, folder, printer);
+  if (options.budgetMinutes > 0.0)
+    benchWith.outOfTime = [start, seconds = 60.0 * options.budgetMinutes] {
+      return secondsSince(start) > seconds;
+    };
+  study::Bench bench(inputs, benchWith);
   bench.setReference(tuned.against);
   bench.setMetrics({tuned.bound.metric});
   for (const study::Point& point : study::makePoints(methods, axesOf(options, methods), {}))
@@ -231,6 +249,10 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   bench.checkReference(tuned.settings);
   tuneOptions.frames = bench.frames(tuned.settings.front());
   if (!tuned.bound.timeOf.empty()) times.timeOf = bench.prepare({tuned.bound.timeOf, {}, "", ""});
+  if (options.dryRun) {
+    printData(study::tuneForecast(tuned.settings, tuneOptions.frames, options.repeats));
+    return ExitCode::Done;
+  }
   openStudyFolder(bench, options.existing, "tune");
 
   catchStopSignals(mode == ProgressMode::Json);
@@ -289,7 +311,10 @@ Command tuneCommand(CommonOptions& common) {
              "Safety margin: predictions must be below the bound by this percentage of it",
              {.least = 0, .most = 50, .showsDefault = true}),
       option("--budget", options->budgetMinutes, "MINUTES",
-             "Time after which no further combination is tried [no limit]", {.least = 0}),
+             "Time for all. When it is over, the frame at hand is the last one, and the nearest "
+             "combination is named [no limit]",
+             {.least = 0}),
+      flag("--dry-run", options->dryRun, "List the combinations, and write nothing"),
   };
   return {"tune",
           "Find the fastest option values within an error bound, or the most accurate ones within "

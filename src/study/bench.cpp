@@ -83,9 +83,11 @@ constexpr double kLeastSeconds = 4.0;
 constexpr double kMostSeconds = 12.0;
 constexpr double kWide = 0.04;
 
-/// Whether all settings that can be rendered can be told from the first one by their wall times.
-bool tells(const Measurement& measurement) {
+/// How many times as many rounds tell all settings that can be rendered from the first one, by
+/// their wall times: an interval's width falls with the root of the rounds.
+double growthOf(const Measurement& measurement) {
   std::optional<RoundTimes> base;
+  double growth = 0.0;
   for (std::size_t i = 0; i < measurement.settings.size(); ++i) {
     if (!measurement.settings[i].failure.empty()) continue;
     const RoundTimes times = measurement.times(i);
@@ -94,9 +96,10 @@ bool tells(const Measurement& measurement) {
       continue;
     }
     const Ratio ratio = pairedRatio(times, *base);
-    if (!ratio.interval || ratio.interval->high > ratio.interval->low * (1.0 + kWide)) return false;
+    const double wide = ratio.interval ? ratio.interval->high / ratio.interval->low - 1.0 : 1.0;
+    growth = std::max(growth, wide * wide / (kWide * kWide));
   }
-  return true;
+  return growth;
 }
 
 constexpr const char* kSamplesHeader = "round,turn,point,frame,seconds,cpu_seconds,steps";
@@ -225,6 +228,10 @@ void Bench::checkStop() {
     throw InputChanged(reference_);
 }
 
+void Bench::checkTime() const {
+  if (options_.outOfTime && options_.outOfTime()) throw BudgetSpent();
+}
+
 void Bench::setReference(const std::string& methodOrFolder) {
   reference_ = methodOrFolder;
   std::error_code ignored;
@@ -288,6 +295,7 @@ WorkerProcess* Bench::worker(const Setting& setting, const std::vector<std::stri
       last = workers_.erase(last);
   }
   checkStop();
+  checkTime();
   say("starting " + setting.text(), -1.0);
   try {
     const fs::path program =
@@ -329,6 +337,7 @@ std::map<int, fs::path> Bench::frameFiles(const Setting& setting, const std::vec
     files[number] = folder / run::framePath("frames", number, ".exr");
     if (fs::exists(files[number], ignored)) continue;
     checkStop();
+    checkTime();
     WorkerProcess* process = worker(setting, {});
     if (process == nullptr)
       throw Error(ExitCode::FramesFailed, setting.text() + ": " + failures_[setting.key]);
@@ -400,6 +409,7 @@ void Bench::findErrors(const std::vector<Setting>& settings, const std::vector<i
     try {
       for (const int number : missing) {
         checkStop();
+        checkTime();
         say("errors of " + setting.text(),
             static_cast<double>(written.size()) / static_cast<double>(missing.size()));
         written[number] = process->render(number, framesFolder(setting));
@@ -445,13 +455,15 @@ const Samples& Bench::measure(const std::vector<Setting>& settings, const std::v
   turns.leastSeconds = options_.repeats >= kLeastRounds ? kLeastSeconds : 0.0;
   if (options_.repeats >= kLeastRounds) {
     turns.mostSeconds = kMostSeconds;
-    turns.enough = tells;
+    turns.growth = growthOf;
   }
   turns.seed = options_.seed;
   turns.stopRequested = options_.patience.stopRequested;
+  turns.outOfTime = options_.outOfTime;
   turns.progress = [&](int done, int all) {
     inputs_.requireUnchanged();
-    say("timing " + std::to_string(runners.size()) + " settings, interleaved",
+    say("timing " + std::to_string(runners.size()) + " settings, interleaved, group " +
+            std::to_string(samples_.size() + 1),
         static_cast<double>(done) / all);
   };
   samples.measurement = measureInTurns(runners, frames, turns);
@@ -468,7 +480,11 @@ const Samples& Bench::measure(const std::vector<Setting>& settings, const std::v
       compare(*running[i], missing[i], result.written);
     }
   }
-  if (options_.repeats > 0) keep(samples);
+  int rounds = 0;
+  for (const Turn& turn : samples.measurement.turns) rounds = std::max(rounds, turn.round);
+  samples.repeats = std::min(samples.repeats, rounds);
+  if (rounds > 0) keep(samples);
+  if (rounds == 0) checkTime();
   samples_.push_back(std::move(samples));
   return samples_.back();
 }

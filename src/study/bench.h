@@ -36,7 +36,13 @@ struct BenchOptions {
   std::string processor = run::processorName();  ///< the processor on which times are measured
   bool keepFrames = false;
   Patience patience;
+  std::function<bool()> outOfTime;  ///< then nothing begins that takes time: BudgetSpent is thrown
   std::function<void(const std::string& what, double share)> progress;
+};
+
+/// Thrown if the time for a study is over.
+struct BudgetSpent : std::exception {
+  const char* what() const noexcept override { return "the time for the study is over"; }
 };
 
 /// A point that is checked and ready to be measured.
@@ -141,6 +147,7 @@ class Bench {
   void keep(const Samples& samples);
   /// Throws StudyStopped, and InputChanged.
   void checkStop();
+  void checkTime() const;
   void say(const std::string& what, double share) const;
 
   Inputs study_;

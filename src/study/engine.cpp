@@ -1,6 +1,7 @@
 #include "study/engine.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "core/error.h"
@@ -23,6 +24,13 @@ std::vector<std::size_t> orderOf(std::size_t settings, int round, int frame, std
   }
   if (round % 2 == 0) std::reverse(order.begin(), order.end());
   return order;
+}
+
+Measurement withoutFailed(Measurement measurement) {
+  std::erase_if(measurement.turns, [&](const Turn& turn) {
+    return !measurement.settings[turn.setting].failure.empty();
+  });
+  return measurement;
 }
 
 template <class Get>
@@ -67,13 +75,16 @@ Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vecto
                            const TurnOptions& options) {
   Measurement result;
   result.settings.resize(runners.size());
-  const int all = (options.repeats + 1) * static_cast<int>(frames.size() * runners.size());
+  const int ofRound = static_cast<int>(frames.size() * runners.size());
   int done = 0;
   double measured = 0.0;  // seconds of all settings
   const auto lasted = [&](double seconds) {
     return measured >= seconds * static_cast<double>(runners.size());
   };
   int rounds = options.repeats;
+  const int mostRounds = kMostLonger * options.repeats;
+  int expected = rounds;  // with those that will be added
+  double clear = 0.0;     // rounds after which the result should be clear
   for (int round = 0; round <= rounds; ++round) {
     for (const int frame : frames) {
       for (const std::size_t setting : orderOf(runners.size(), round, frame, options.seed)) {
@@ -81,6 +92,11 @@ Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vecto
           result.stopped = true;
           return result;
         }
+        if (options.outOfTime && options.outOfTime()) {
+          std::erase_if(result.turns, [&](const Turn& turn) { return turn.round == round; });
+          return withoutFailed(std::move(result));
+        }
+        if (options.progress) options.progress(done, (expected + 1) * ofRound);
         ++done;
         SettingResult& own = result.settings[setting];
         if (!own.failure.empty()) continue;
@@ -97,17 +113,24 @@ Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vecto
         } catch (const Error& error) {
           own.failure = error.what();
         }
-        if (options.progress) options.progress(std::min(done, all), all);
       }
     }
+    const bool isLast = round == rounds;
+    const bool decides = isLast && lasted(options.leastSeconds) && !lasted(options.mostSeconds);
+    const double growth = decides && options.growth ? options.growth(result) : 1.0;
+    const bool goesOn = !lasted(options.leastSeconds) || growth > 1.0;
     // By two: the second round takes the orders of the first one backwards.
-    const bool goesOn = !lasted(options.leastSeconds) ||
-                        (!lasted(options.mostSeconds) && options.enough && !options.enough(result));
-    if (round == rounds && goesOn && rounds + 2 <= kMostLonger * options.repeats) rounds += 2;
+    if (isLast && goesOn && rounds + 2 <= mostRounds) rounds += 2;
+    const double ofSecond =
+        measured > 0.0 ? round * static_cast<double>(runners.size()) / measured : 0.0;  // rounds
+    if (decides) clear = round * growth;
+    expected = static_cast<int>(
+        std::clamp<double>(std::ceil(std::max(options.leastSeconds * ofSecond,
+                                              std::min(clear, options.mostSeconds * ofSecond))),
+                           rounds, mostRounds));
   }
-  std::erase_if(result.turns,
-                [&](const Turn& turn) { return !result.settings[turn.setting].failure.empty(); });
-  return result;
+  if (options.progress) options.progress(done, done);
+  return withoutFailed(std::move(result));
 }
 
 }  // namespace catoptric::study

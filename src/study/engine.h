@@ -47,13 +47,16 @@ struct TurnOptions {
   /// most kMostLonger times as many rounds. Otherwise another program that runs for a second could
   /// disturb all rounds.
   double leastSeconds = 0.0;
-  /// Then rounds continue until `enough` returns true, but at most for this long.
+  /// Then rounds continue while `growth` is above 1, but at most for this long. It says how many
+  /// times as many rounds the result needs.
   double mostSeconds = 0.0;
-  std::function<bool(const Measurement&)> enough;
+  std::function<double(const Measurement&)> growth;
   std::uint64_t seed = 0;
   std::vector<std::filesystem::path>
       writeTo;  ///< folder for each setting; empty: nothing is written
   std::function<bool()> stopRequested;
+  std::function<bool()> outOfTime;  ///< then no further frame begins: complete rounds are kept
+  /// `all`: frames, as many as are expected by now.
   std::function<void(int done, int all)> progress;
 };
 

@@ -178,8 +178,23 @@ TEST(Engine, RoundsGoOnUntilTheyAreEnough) {
     Simulated a(machine, 1.0);
     TurnOptions options;
     options.mostSeconds = mostSeconds;
-    options.enough = [turns](const Measurement& so) { return so.turns.size() >= turns; };
-    return measureInTurns({&a}, {1, 2}, options).times(0).size();
+    options.growth = [turns](const Measurement& so) {
+      return static_cast<double>(turns) / static_cast<double>(so.turns.size());
+    };
+    int shown = 0;
+    bool ended = false;
+    options.progress = [&](int done, int all) {
+      EXPECT_EQ(done, shown++);
+      EXPECT_LE(done, all);
+      EXPECT_FALSE(ended) << "goes on after it said that all is done";
+      ended = done == all;
+      if (mostSeconds > 0.0 && turns == 40 && done >= 9 * 2) {
+        EXPECT_EQ(all, 21 * 2);  // known from round 8 on
+      }
+    };
+    const std::size_t count = measureInTurns({&a}, {1, 2}, options).times(0).size();
+    EXPECT_TRUE(ended);
+    return count;
   };
   EXPECT_EQ(rounds(1e6, 10), 8u);
   EXPECT_EQ(rounds(1e6, 40), 20u);  // of two frames
@@ -195,6 +210,21 @@ TEST(Engine, OneThatFailsLeavesTheOthers) {
   EXPECT_EQ(result.settings[1].failure, "out of luck");
   EXPECT_EQ(result.times(0).size(), 8u);
   EXPECT_TRUE(result.times(1).empty());
+}
+
+TEST(Engine, WithoutTimeWholeRoundsAreKept) {
+  for (const std::size_t frames : {3, 4, 5, 11, 12, 13}) {
+    Machine machine(1);
+    Simulated a(machine, 1.0);
+    Simulated b(machine, 1.0);
+    TurnOptions options;
+    options.outOfTime = [&] { return a.orders.size() + b.orders.size() >= frames; };
+    const Measurement result = measureInTurns({&a, &b}, {1, 2}, options);
+    EXPECT_FALSE(result.stopped);
+    EXPECT_EQ(a.orders.size() + b.orders.size(), frames);
+    EXPECT_EQ(result.turns.size(), (frames / 4 - (frames < 4 ? 0 : 1)) * 4) << frames;
+    EXPECT_EQ(result.times(0).size(), result.times(1).size());
+  }
 }
 
 TEST(Engine, StopsBetweenFrames) {

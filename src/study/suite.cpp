@@ -126,8 +126,8 @@ Suite readSuite(const std::filesystem::path& file) {
     for (const std::string& effort : root.get("efforts").keys())
       suite.efforts[effort] = readSettings(root.get("efforts").get(effort), file.parent_path());
   suite.checks = root.get("checks");
-  suite.tables = root.get("tables");
-  suite.figures = root.get("figures");
+  if (root.has("tables")) suite.tables = root.get("tables").asArray();
+  if (root.has("figures")) suite.figures = root.get("figures").asArray();
   suite.pictures = root.get("pictures");
   return suite;
 }
@@ -285,12 +285,12 @@ std::vector<double> SuiteData::stepSeconds(const Entry& one, const std::string& 
 
 /// The slope of log y over log x of a figure's series, by least squares: "1, second_order".
 double SuiteData::slopeOf(const std::vector<std::string>& arguments, const Value& cell) const {
-  const std::size_t count = figures.isNull() ? 0 : figures.asArray().size();
+  const std::size_t count = figures.size();
   const int index = arguments.empty() ? 0 : std::atoi(arguments[0].c_str());
   if (arguments.size() != 2 || index < 1 || static_cast<std::size_t>(index) > count)
     cell.fail("slope takes the number of a figure, from 1 to " + std::to_string(count) +
               ", and the name of one of its series");
-  const Value figure = figures.asArray()[static_cast<std::size_t>(index - 1)];
+  const Value figure = figures[static_cast<std::size_t>(index - 1)];
   if (!figure.get("series").has(arguments[1]))
     cell.fail("figure " + arguments[0] + " has no series \"" + arguments[1] + "\"" +
               didYouMean(arguments[1], figure.get("series").keys()));
@@ -400,6 +400,34 @@ std::string SuiteData::cell(const Value& cell) const {
   return threeDigits(number(cell));
 }
 
+Suite withTablesAlone(Suite suite, const std::vector<int>& numbers) {
+  std::vector<Value> tables;
+  std::set<std::size_t> figures;
+  for (std::size_t t = 0; t < suite.tables.size(); ++t) {
+    if (std::ranges::find(numbers, static_cast<int>(t + 1)) == numbers.end()) continue;
+    tables.push_back(suite.tables[t]);
+    for (const Value& row : suite.tables[t].get("rows").asArray())
+      for (const Value& cell : row.asArray()) {
+        if (cell.kind() != Value::Kind::String) continue;
+        const Call call = parseCall(cell.asString());
+        const int figure = call.name == "slope" ? std::atoi(call.arguments.at(0).c_str()) : 0;
+        if (figure > 0) figures.insert(static_cast<std::size_t>(figure - 1));
+      }
+  }
+  for (const int number : numbers)
+    if (number < 1 || static_cast<std::size_t>(number) > suite.tables.size())
+      throw UsageError("--only " + std::to_string(number) + ": the suite has " +
+                       std::to_string(suite.tables.size()) + " tables");
+  suite.tables = std::move(tables);
+  std::vector<Value> curves;
+  for (const std::size_t figure : figures)
+    if (figure < suite.figures.size()) curves.push_back(suite.figures[figure]);
+  suite.figures = std::move(curves);
+  suite.checks = Value();
+  suite.pictures = Value();
+  return suite;
+}
+
 std::vector<std::string> callsOf(const Suite& suite) {
   std::set<std::string> calls;
   const auto add = [&](const Value& cell) {
@@ -411,10 +439,10 @@ std::vector<std::string> callsOf(const Suite& suite) {
   const auto each = [](const Value& list) {
     return list.isNull() ? std::vector<Value>{} : list.asArray();
   };
-  for (const Value& table : each(suite.tables))
+  for (const Value& table : suite.tables)
     for (const Value& row : each(table.get("rows")))
       for (const Value& cell : each(row)) add(cell);
-  for (const Value& figure : each(suite.figures))
+  for (const Value& figure : suite.figures)
     for (const std::string& name : figure.get("series").keys())
       for (const Value& cell : each(figure.get("series").get(name))) add(cell);
   for (const Value& check : each(suite.checks)) add(check.get("value"));
@@ -449,13 +477,9 @@ std::vector<std::string> metricsOf(const Suite& suite, const std::string& run) {
   return metrics;
 }
 
-std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data,
-                                       const std::vector<int>& only) {
+std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data) {
   std::vector<report::Table> tables;
-  int number = 0;
-  for (const Value& value : suite.tables.isNull() ? std::vector<Value>{} : suite.tables.asArray()) {
-    ++number;
-    if (!only.empty() && std::find(only.begin(), only.end(), number) == only.end()) continue;
+  for (const Value& value : suite.tables) {
     report::Table table;
     table.title = value.get("title").asString();
     for (const Value& title : value.get("columns").asArray())
@@ -481,8 +505,7 @@ std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data
 
 std::vector<SuiteChart> suiteCharts(const Suite& suite, const SuiteData& data) {
   std::vector<SuiteChart> charts;
-  for (const Value& value :
-       suite.figures.isNull() ? std::vector<Value>{} : suite.figures.asArray()) {
+  for (const Value& value : suite.figures) {
     Chart chart;
     chart.title = value.get("title").asString();
     chart.xTitle = value.get("x").asString();

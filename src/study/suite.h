@@ -28,9 +28,9 @@ struct Suite {
   std::vector<SuiteRun> runs;
   std::map<std::string, Settings> efforts;  ///< settings of all runs, by effort
   config::Value checks;                     ///< items {"value", "from", "to"}
-  config::Value tables;                     ///< items {"title", "text", "columns", "rows"}
-  config::Value figures;   ///< items {"title", "x", "y", "values", "series", "file"}
-  config::Value pictures;  ///< see study/suite_pictures.h
+  std::vector<config::Value> tables;        ///< {"title", "text", "columns", "rows"}
+  std::vector<config::Value> figures;       ///< {"title", "x", "y", "values", "series", "file"}
+  config::Value pictures;                   ///< see study/suite_pictures.h
 };
 
 /// The number with three significant digits; empty if it is not finite.
@@ -64,7 +64,7 @@ class SuiteData {
     double number = 0.0;
   };
   std::map<std::string, Stored> stored;  ///< by the cell's text
-  config::Value figures;                 ///< the suite's curves, for cells slope(...)
+  std::vector<config::Value> figures;    ///< the suite's curves, for cells slope(...)
   /// Whether the effort uses another scene, in which objects that cells name may be missing.
   bool otherScenes = false;
 
@@ -85,6 +85,10 @@ class SuiteData {
   double errorOf(const Entry& one, const std::string& object, const config::Value& cell) const;
 };
 
+/// The suite with these of its tables alone (numbers from 1), and the figures of whose curves they
+/// have slopes. Throws UsageError.
+Suite withTablesAlone(Suite suite, const std::vector<int>& numbers);
+
 /// All computed cells of the suite, in tables, figures, labels and checks, without duplicates.
 std::vector<std::string> callsOf(const Suite& suite);
 /// The runs and methods that a cell refers to: "ratio(a.x, a.y)" yields (a, x) and (a, y).
@@ -100,9 +104,7 @@ std::vector<std::string> failedChecks(const Suite& suite, const SuiteData& data)
 std::string withTables(const std::string& page, const std::vector<report::Table>& tables,
                        const std::string& name);
 
-/// The tables of the suite: those whose numbers (from 1) are in `only`; empty: all.
-std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data,
-                                       const std::vector<int>& only);
+std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data);
 /// `file`: the name of a file for this curve alone; empty: none.
 struct SuiteChart {
   Chart chart;

@@ -37,17 +37,24 @@ class Tuning {
   Tuning(const std::vector<Candidate>& candidates, TuneWorld& world, const TuneOptions& options)
       : candidates_(candidates), world_(world), options_(options) {
     result_.combinations = candidates.size();
-    looked_ = report::spread(options.frames, kScreenFrames);
+    looked_ = screenFrames(options.frames);
     state_ = mixedBits(static_cast<std::uint32_t>(options.seed) + 1);
   }
 
   TuneResult run() {
     screen();
     predict();
-    if (!byError()) {
+    if (byError())
+      searchWithinError();
+    else
       searchWithinTime();
-      return std::move(result_);
-    }
+    result_.outOfTime = world_.outOfTime();
+    if (result_.outOfTime && !result_.best) nameNearest();
+    return std::move(result_);
+  }
+
+ private:
+  void searchWithinError() {
     rank();
     std::size_t next = 0;
     while (!result_.best && next < order_.size() && !world_.outOfTime()) {
@@ -55,10 +62,32 @@ class Tuning {
       if (last.empty()) break;
       verify(race(last));
     }
-    return std::move(result_);
   }
 
- private:
+  /// When the time is over: the nearest of all of which anything is known, on whatever frames.
+  void nameNearest() {
+    const auto missed = [&](const Known& known) {
+      const double value = byError() ? known.error : known.ratio.value;
+      return std::max(0.0, value - options_.bound.limit);
+    };
+    const auto other = [&](const Known& known) { return byError() ? known.seconds : known.error; };
+    const Known* nearest = nullptr;
+    if (known_.empty())
+      for (std::size_t i = 0; i < candidates_.size(); ++i)
+        if (const double error = world_.errorSoFar(i); std::isfinite(error))
+          known_[i] = {error, INFINITY, {INFINITY, {}, 0, 0}};
+    for (const auto& [i, known] : known_) {
+      if (!std::isfinite(known.error)) continue;
+      if (nearest != nullptr &&
+          std::pair(missed(*nearest), other(*nearest)) <= std::pair(missed(known), other(known)))
+        continue;
+      nearest = &known;
+      result_.nearest = i;
+      result_.error = known.error;
+      result_.seconds = known.seconds;
+    }
+  }
+
   bool byError() const { return options_.bound.kind == Bound::Kind::Error; }
 
   void say(const std::string& stage, std::size_t candidate, std::size_t frames, double error,
@@ -75,38 +104,42 @@ class Tuning {
     return world_.pooled(candidate, frames);
   }
 
-  /// The middle of each method's lattice, and what differs from it in one option.
+  /// What differs from the middle of its method's lattice in one option at most.
   void screen() {
-    std::map<int, std::vector<int>> sizes;
-    for (const Candidate& candidate : candidates_) {
-      std::vector<int>& size = sizes[candidate.branch];
-      size.resize(candidate.values.size());
-      for (std::size_t a = 0; a < size.size(); ++a)
-        size[a] = std::max(size[a], candidate.values[a] + 1);
-    }
-    std::vector<std::size_t> asked;
-    for (const auto& [branch, size] : sizes) {
-      std::vector<int> middle;
-      for (const int count : size) middle.push_back(count / 2);
-      for (std::size_t i = 0; i < candidates_.size(); ++i) {
-        if (candidates_[i].branch != branch) continue;
-        int differing = 0;
-        for (std::size_t a = 0; a < middle.size(); ++a)
-          if (candidates_[i].values[a] != middle[a]) ++differing;
-        if (differing == 0) middle_[branch] = i;
-        if (differing <= 1) asked.push_back(i);
-      }
-    }
-    if (asked.empty()) asked.push_back(0);
-    const std::map<std::size_t, MeasuredTime> times = world_.times(asked, looked_, 1);
-    for (const std::size_t i : asked) {
-      const auto time = times.find(i);
-      if (time == times.end()) continue;  // it cannot be rendered
-      known_[i] = {judgedError(i, looked_), time->second.seconds, time->second.ratio};
-      say("screen", i, looked_.size(), known_[i].error, known_[i].seconds, "measured");
-    }
+    std::vector<std::size_t> asked = screenedFirst(candidates_);
+    for (const std::size_t i : asked)
+      middle_.emplace(candidates_[i].branch, i);  // each method's first one
+    const std::size_t first = asked.front();      // beside which all are timed
+    asked.erase(asked.begin());
+    const std::size_t together = std::max<std::size_t>(2, world_.together());
+    do {
+      std::vector<std::size_t> chunk;
+      if (!known_.contains(first)) chunk.push_back(first);
+      const std::size_t count = std::min(together - 1, asked.size());
+      chunk.insert(chunk.end(), asked.begin(), asked.begin() + static_cast<std::ptrdiff_t>(count));
+      asked.erase(asked.begin(), asked.begin() + static_cast<std::ptrdiff_t>(count));
+      screen(first, chunk);
+    } while (!asked.empty() && !world_.outOfTime());
     for (const auto& [branch, middle] : middle_)
       if (known_.contains(middle)) settle(middle);
+  }
+
+  /// Errors first: without one a candidate tells nothing.
+  void screen(std::size_t first, const std::vector<std::size_t>& chunk) {
+    std::map<std::size_t, double> errors;
+    for (const std::size_t i : chunk) errors[i] = judgedError(i, looked_);
+    std::vector<std::size_t> timed = chunk;
+    if (timed.front() != first) timed.insert(timed.begin(), first);
+    const std::map<std::size_t, MeasuredTime> times = world_.times(timed, looked_, 1);
+    for (const std::size_t i : chunk) {
+      const auto time = times.find(i);
+      if (time == times.end()) {  // it cannot be rendered, or the time is over
+        if (std::isfinite(errors[i])) known_[i] = {errors[i], INFINITY, {INFINITY, {}, 0, 0}};
+        continue;
+      }
+      known_[i] = {errors[i], time->second.seconds, time->second.ratio};
+      say("screen", i, looked_.size(), known_[i].error, known_[i].seconds, "measured");
+    }
   }
 
   /// An option that changes no error in any of its values has the middle one, or the fastest one
@@ -345,6 +378,7 @@ class Tuning {
     for (const std::size_t i : last) {
       errors[i] = judgedError(i, frames);
       const auto time = times.find(i);
+      if (world_.outOfTime() && (time == times.end() || !std::isfinite(errors[i]))) continue;
       known_[i] = {errors[i], INFINITY, {INFINITY, {}, 0, 0}};
       if (time != times.end()) known_[i] = {errors[i], time->second.seconds, time->second.ratio};
       say("race", i, frames.size(), known_[i].error, known_[i].seconds, "measured");
@@ -399,7 +433,7 @@ class Tuning {
       if (measurements > 1) {
         const std::map<std::size_t, MeasuredTime> times =
             world_.times({i}, raceFrames(), measurements);
-        if (!times.contains(i)) return "fails";
+        if (!times.contains(i)) return world_.outOfTime() ? "undecided" : "fails";
         known_[i].seconds = times.at(i).seconds;
         known_[i].ratio = times.at(i).ratio;
       }
@@ -494,6 +528,32 @@ Bound parseMaxTime(const std::string& text) {
   }
   if (bound.limit <= 0.0) throw UsageError(where + ": the bound must be above 0");
   return bound;
+}
+
+std::vector<int> screenFrames(const std::vector<int>& frames) {
+  return report::spread(frames, kScreenFrames);
+}
+
+std::vector<std::size_t> screenedFirst(const std::vector<Candidate>& candidates) {
+  std::map<int, std::vector<int>> sizes;
+  for (const Candidate& candidate : candidates) {
+    std::vector<int>& size = sizes[candidate.branch];
+    size.resize(candidate.values.size());
+    for (std::size_t a = 0; a < size.size(); ++a)
+      size[a] = std::max(size[a], candidate.values[a] + 1);
+  }
+  std::vector<std::size_t> middles;
+  std::vector<std::size_t> others;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const std::vector<int>& size = sizes[candidates[i].branch];
+    int differing = 0;
+    for (std::size_t a = 0; a < size.size(); ++a)
+      if (candidates[i].values[a] != size[a] / 2) ++differing;
+    if (differing <= 1) (differing == 0 ? middles : others).push_back(i);
+  }
+  middles.insert(middles.end(), others.begin(), others.end());
+  if (middles.empty()) middles.push_back(0);
+  return middles;
 }
 
 TuneResult tune(const std::vector<Candidate>& candidates, TuneWorld& world,

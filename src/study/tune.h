@@ -3,6 +3,7 @@
 // predict the combinations. The best predictions are then measured, in order.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -57,7 +58,12 @@ class TuneWorld {
                                                     int measurements) = 0;
   /// The error of the frames together.
   virtual double pooled(std::size_t candidate, const std::vector<int>& frames) = 0;
+  /// Whether the time is over: errors() and times() lack then what would take more.
   virtual bool outOfTime() const { return false; }
+  /// The error of the frames of which it is known, together; NaN: of none.
+  virtual double errorSoFar(std::size_t) { return NAN; }
+  /// How many candidates are measured together: between them the time may be over.
+  virtual std::size_t together() const { return SIZE_MAX; }
 };
 
 /// A trial: one line of trials.jsonl.
@@ -88,15 +94,21 @@ struct TuneOptions {
 struct TuneResult {
   std::optional<std::size_t> best;
   std::optional<std::size_t> nearest;  ///< set if no setting satisfies the bound
+  bool outOfTime = false;              ///< the time was over before the search was
   bool verifiedOnAll = false;
   double error =
       0.0;  ///< error of `best` on the frames that verified it; without `best`, error of `nearest`
   double worstError = 0.0;
   int worstFrame = 0;
-  double seconds = 0.0;
+  double seconds = 0.0;  ///< infinite: not timed
   std::vector<Trial> trials;
   std::size_t combinations = 0;
 };
+
+/// The frames and candidates with which the search begins: those that differ from the middle of
+/// their method's lattice in one option at most.
+std::vector<int> screenFrames(const std::vector<int>& frames);
+std::vector<std::size_t> screenedFirst(const std::vector<Candidate>& candidates);
 
 TuneResult tune(const std::vector<Candidate>& candidates, TuneWorld& world,
                 const TuneOptions& options);

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "config/json_text.h"
-#include "core/clock.h"
 #include "core/error.h"
 #include "core/file.h"
 
@@ -18,7 +17,13 @@ class BenchWorld : public TuneWorld {
       : bench_(bench), settings_(settings), bound_(bound), times_(times) {}
 
   std::vector<double> errors(std::size_t i, const std::vector<int>& frames) override {
-    bench_.findErrors({settings_[i]}, frames);
+    // Frame by frame where the time may be over: what is rendered then is known
+    if (bench_.options().outOfTime) try {
+        for (const int frame : frames) bench_.findErrors({settings_[i]}, {frame});
+      } catch (const BudgetSpent&) {
+      }
+    else
+      bench_.findErrors({settings_[i]}, frames);
     std::vector<double> values;
     bool measured = false;
     for (const int frame : frames) {
@@ -55,7 +60,12 @@ class BenchWorld : public TuneWorld {
         own.push_back(of[next]);
         if (settings_[of[next++]].key != base.key) batch.push_back(settings_[own.back()]);
       }
-      const std::map<std::string, RoundTimes> all = measured(batch, frames, measurements);
+      std::map<std::string, RoundTimes> all;
+      try {
+        all = measured(batch, frames, measurements);
+      } catch (const BudgetSpent&) {
+        return result;
+      }
       if (!all.contains(base.key)) continue;
       const RoundTimes& ofBase = all.at(base.key);
       if (baseSeconds_[base.key] == 0.0) baseSeconds_[base.key] = frameSeconds(ofBase).mean;
@@ -73,8 +83,16 @@ class BenchWorld : public TuneWorld {
   }
 
   bool outOfTime() const override {
-    return times_.budgetSeconds > 0.0 && secondsSince(start_) > times_.budgetSeconds;
+    return bench_.options().outOfTime && bench_.options().outOfTime();
   }
+
+  double errorSoFar(std::size_t i) override {
+    std::vector<int> frames;
+    for (const auto& [number, frame] : bench_.errors(settings_[i]).frames) frames.push_back(number);
+    return bench_.errors(settings_[i]).pooled(bound_.metric, frames);
+  }
+
+  std::size_t together() const override { return bench_.capacity(); }
 
  private:
   /// Times by key, of so many measurements together; what was measured by this or an earlier
@@ -109,7 +127,6 @@ class BenchWorld : public TuneWorld {
   const Bound& bound_;
   const TuneTimes& times_;
   std::map<std::string, double> baseSeconds_;
-  const std::int64_t start_ = nowNs();
 };
 
 /// The point's place in its method's lattice.
@@ -170,6 +187,20 @@ std::string tunedConfig(const Setting& setting, const std::filesystem::path& fol
 }
 
 }  // namespace
+
+std::string tuneForecast(const std::vector<Setting>& settings, const std::vector<int>& frames,
+                         int repeats) {
+  std::string text;
+  for (const Setting& setting : settings) text += setting.text() + "\n";
+  const std::size_t screened = screenedFirst(candidatesOf(settings)).size();
+  const std::size_t looked = screenFrames(frames).size();
+  return text + std::to_string(settings.size()) + " combinations. First, " +
+         std::to_string(screened) + " that differ in one option are measured on " +
+         std::to_string(looked) + " of " + std::to_string(frames.size()) +
+         " frames: " + std::to_string(screened * looked * (static_cast<std::size_t>(repeats) + 2)) +
+         " frames to render, and those of the reference. Then the most promising ones are "
+         "measured, and the best is verified\n";
+}
 
 TuneResult tuneSettings(Bench& bench, const std::vector<Setting>& settings, const TuneTimes& times,
                         const TuneOptions& options) {

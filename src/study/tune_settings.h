@@ -13,13 +13,16 @@ namespace catoptric::study {
 /// How times are measured for time bounds.
 struct TuneTimes {
   Measurement::Clock clock = Measurement::Clock::Wall;
-  double budgetSeconds = 0.0;     ///< after this time nothing new is tried; 0: no limit
   std::optional<Setting> timeOf;  ///< the method whose time is the unit of the bound
 };
 
 /// Runs tune() on settings whose frames and times the bench measures. Throws StudyStopped.
 TuneResult tuneSettings(Bench& bench, const std::vector<Setting>& settings, const TuneTimes& times,
                         const TuneOptions& options);
+
+/// What tuneSettings() would do at least, for --dry-run.
+std::string tuneForecast(const std::vector<Setting>& settings, const std::vector<int>& frames,
+                         int repeats);
 
 /// A table with one row per tried setting.
 report::Table trialTable(const TuneResult& result, const std::vector<Setting>& settings,
