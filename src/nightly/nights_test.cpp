@@ -346,7 +346,7 @@ TEST_F(Nights, DamagedAndEmptyHistoriesAreSaid) {
     return "";
   };
   EXPECT_THAT(error(file, History::Mode::Write), HasSubstr("damaged"));
-  std::ofstream(folder / "empty.db");
+  const std::ofstream empty(folder / "empty.db");
   EXPECT_THAT(error(folder / "empty.db", History::Mode::Read), HasSubstr("the history is empty"));
 }
 
