@@ -134,7 +134,9 @@ class Tuning {
     for (const std::size_t i : chunk) {
       const auto time = times.find(i);
       if (time == times.end()) {  // it cannot be rendered, or the time is over
-        if (std::isfinite(errors[i])) known_[i] = {errors[i], INFINITY, {INFINITY, {}, 0, 0}};
+        if (!std::isfinite(errors[i])) continue;
+        known_[i] = {errors[i], INFINITY, {INFINITY, {}, 0, 0}};
+        say("screen", i, looked_.size(), errors[i], 0.0, "not timed");
         continue;
       }
       known_[i] = {errors[i], time->second.seconds, time->second.ratio};

@@ -76,7 +76,7 @@ struct Trial {
   int frames = 0;
   double error = 0.0;
   double seconds = 0.0;
-  /// "measured", "no effect", "rejected", "holds", "fails" or "undecided"
+  /// "measured", "not timed", "no effect", "rejected", "holds", "fails" or "undecided"
   std::string verdict;
 };
 
