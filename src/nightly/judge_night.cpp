@@ -61,7 +61,10 @@ class NightJudge {
     }
     judgeRemoved();
     judgeTimes();
-    for (Verdict& verdict : verdicts_) findBeginning(verdict);
+    for (Verdict& verdict : verdicts_) {
+      findBeginning(verdict);
+      if (verdict.status == kChangedScene) verdict.firstBad.clear();  // no build is at fault
+    }
     return std::move(verdicts_);
   }
 

@@ -288,6 +288,7 @@ TEST_F(Nights, AChangedSceneWaitsUntilItIsAccepted) {
     EXPECT_THAT(failures(verdicts), HasSubstr("own.a.m scene changed scene"));
     EXPECT_THAT(of(verdicts, "a", "scene").front().message, HasSubstr("scene a -> a2"));
     EXPECT_EQ(of(verdicts, "a", "scene").front().began, 4);
+    EXPECT_EQ(of(verdicts, "a", "scene").front().firstBad, "");
     EXPECT_EQ(statusOf(verdicts, "a", "picture"), "new");
     EXPECT_EQ(summaryOf(verdicts).regressions, 1);
   }

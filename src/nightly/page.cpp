@@ -117,7 +117,7 @@ class PageWriter {
     if (!changed.empty())
       changed =
           "<h2>Changed scenes</h2>\n<p>Their files are not those whose frames were accepted. "
-          "Nothing that follows compares tonight’s build with another one there.</p>\n" +
+          "Until they are accepted, tonight’s build is not compared with another one there.</p>\n" +
           changed;
     std::string body =
         head() + filter() + kMark + "\n" + changed + "<h2>Problems</h2>\n" +
