@@ -42,7 +42,7 @@ def measure_pair(arguments, pair, folder):
     methods = json.dumps([{"method": arguments.method, "name": name} for name in ("a", "b")])
     command = [arguments.program, "sweep", arguments.config, "--set", f"methods={methods}", "--set", "errors.against=[]",
                "--against", "a", "--set", f"image.width={arguments.size}", "--set", f"image.height={arguments.size}",
-               "--frames", arguments.frames, "--seed", str(pair), "-q", "--method", "a,b", "--out", str(folder),
+               "--frames", arguments.frames, "--time", arguments.time, "--seed", str(pair), "-q", "--method", "a,b", "--out", str(folder),
                "--existing", "resume"]
     subprocess.run(command, check=True, capture_output=True, text=True)
     return command
@@ -83,6 +83,7 @@ def main():
     parser.add_argument("--method", default="second_order")
     parser.add_argument("--frames", default="1-8")
     parser.add_argument("--size", type=int, default=256)
+    parser.add_argument("--time", default="steady", help="as for sweep: with first and mean, builds are included")
     arguments = parser.parse_args()
     slower = [float(percent) for percent in arguments.slower.split(",")]
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # ends the sweep, too

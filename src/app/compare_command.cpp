@@ -125,20 +125,22 @@ ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
   const report::RunComparison comparison =
       report::compareRuns(run, reference, measures, {options.out, film});
   const std::span<const report::RunComparison> one(&comparison, 1);
+  std::vector<report::Table> tables{report::errorView(comparison)};
+  if (!comparison.pooled.objects.empty()) tables.push_back(report::objectView(comparison));
+  if (comparison.pooled.classes.size() > 1) tables.push_back(report::attributionView(comparison));
+  tables.push_back(report::motionView(comparison));
   if (!options.out.empty()) {
     const std::filesystem::path out = options.out;
+    report::writeTables(out, "tables", tables);
     writeFileAtomically(out / "errors.csv", report::errorCsv(one));
     writeFileAtomically(out / "errors.json", report::errorJson(one) + "\n");
     writeFileAtomically(out / "motion.csv", report::motionCsv(one));
     writeFileAtomically(out / "attribution.csv", report::attributionCsv(one));
     log::info("pictures and tables: " + out.string());
   }
-  std::string text = report::toText(report::errorView(comparison));
-  if (!comparison.pooled.objects.empty())
-    text += "\n" + report::toText(report::objectView(comparison));
-  if (comparison.pooled.classes.size() > 1)
-    text += "\n" + report::toText(report::attributionView(comparison));
-  text += "\n" + report::toText(report::motionView(comparison));
+  std::string text;
+  for (const report::Table& table : tables)
+    text += (text.empty() ? "" : "\n") + report::toText(table);
   if (!film.empty()) makeFilm(film, options.video);
   printData(common.json ? report::errorJson(one) + "\n" : text);
   return exceeds(comparison, options) ? ExitCode::LimitsExceeded : ExitCode::Done;
@@ -153,7 +155,8 @@ Command compareCommand(CommonOptions& common) {
       option("reference", options->reference, "REFERENCE",
              "Frames to compare the run with: a folder or file, as for RUN", {.required = true}),
       option("--out", options->out, "DIR",
-             "Folder for pictures of the differences and for tables (CSV, JSON) [none are written]",
+             "Folder for pictures of the differences and for tables (CSV, JSON, Markdown, TeX) "
+             "[none are written]",
              {.notEmpty = true}),
       option(
           "--video", options->video, "FILE",

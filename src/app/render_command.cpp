@@ -29,6 +29,7 @@ struct RenderOptions : RunOptions {
   bool noTables = false;
   bool dryRun = false;
   int repeats = 0;
+  int amortize = 0;
   std::string ratioTo;  ///< empty: traced, else reference, else the first method
 };
 
@@ -116,8 +117,8 @@ bool sayFailures(const std::vector<run::MethodResult>& results) {
 
 /// Writes the tables of what is there, also when frames are missing, and prints the results.
 void printResults(const run::RunConfig& run, const std::vector<run::MethodResult>& results,
-                  const std::filesystem::path& out, bool anyFailed, bool asJson, bool noTables,
-                  const std::optional<study::RepeatedTimes>& repeated) {
+                  const std::filesystem::path& out, bool anyFailed, const RenderOptions& options,
+                  bool asJson, const std::optional<study::RepeatedTimes>& repeated) {
   const bool anyFrames =
       std::any_of(results.begin(), results.end(), [](const run::MethodResult& result) {
         return !result.frames.rendered.empty() || !result.frames.reused.empty();
@@ -125,8 +126,10 @@ void printResults(const run::RunConfig& run, const std::vector<run::MethodResult
   if (!anyFrames && !anyFailed && stopSignal() == 0)
     log::info("this chunk has no frame: there are more chunks than frames");
   Reports reports;
-  const bool tables = anyFrames && !noTables && stopSignal() == 0;
-  if (tables) reports = writeReports(run, results, out);
+  const bool tables = anyFrames && !options.noTables && stopSignal() == 0;
+  if (tables) reports = writeReports(run, results, out, options.amortize);
+  if (tables && !asJson && options.repeats == 0 && results.size() > 1)
+    log::info("--repeats 8 measures the methods in turns, and prints ratios of their times");
   if (!asJson) {
     printData(reports.text + (repeated ? "\n" + repeated->text : ""));
     return;
@@ -154,7 +157,8 @@ std::optional<study::RepeatedTimes> repeatTimes(const RenderOptions& options,
     study::Bench bench(studyInputs(options), benchOptions(own, out / "repeats", printer));
     bench.watch(stage.inputs());  // times are of the scene that was rendered
     const run::RunConfig& run = stage.run();
-    times = study::timeRepeats(bench, run, study::ratioMethod(run, options.ratioTo));
+    times =
+        study::timeRepeats(bench, run, study::ratioMethod(run, options.ratioTo), options.amortize);
     bench.clear();
   });
   return times;
@@ -207,7 +211,7 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   printer.endLine();
 
   const bool anyFailed = sayFailures(results);
-  printResults(run, results, session.out, anyFailed, common.json, options.noTables,
+  printResults(run, results, session.out, anyFailed, options, common.json,
                repeatTimes(options, stage, session.out, printer));
   if (stopSignal() != 0) return stoppedCode();
   return anyFailed ? ExitCode::FramesFailed : ExitCode::Done;
@@ -249,6 +253,7 @@ Command renderCommand(CommonOptions& common) {
              "Baseline of the time ratios of --repeats [traced, otherwise reference, otherwise the "
              "first method]",
              {.notEmpty = true}),
+      amortizeRow(options->amortize),
   };
   return {"render", "Render the frames of a camera path.", runRows(*options, common) + own,
           R"(Examples:

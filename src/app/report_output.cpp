@@ -28,7 +28,7 @@ struct FoundRuns {
   std::vector<std::string> failures;          ///< a line for each frame that failed
   std::map<std::string, std::string> failed;  ///< "frames 2-4" by method
 
-  explicit FoundRuns(const std::vector<run::MethodResult>& results) {
+  FoundRuns(const std::vector<run::MethodResult>& results, int amortize) {
     for (const run::MethodResult& result : results) {
       std::vector<int> numbers;
       for (const run::FailedFrame& frame : result.frames.failed) {
@@ -41,7 +41,7 @@ struct FoundRuns {
             (numbers.size() > 1 ? "frames " : "frame ") + scene::formatFrames(numbers);
       if (result.frames.rendered.empty() && result.frames.reused.empty()) continue;
       runs.push_back(report::readRun(result.folder, result.name));
-      timings.push_back(report::timingTable(runs.back()));
+      timings.push_back(report::timingTable(runs.back(), amortize));
     }
   }
 };
@@ -68,7 +68,7 @@ std::vector<report::RunComparison> compareAll(const std::vector<report::RunData>
   return comparisons;
 }
 
-/// table.md, table.csv; returns the tables as text.
+/// table.md, table.tex, table.csv; returns the tables as text.
 std::string writeTimings(const FoundRuns& found, const fs::path& out) {
   const std::vector<report::TimingTable>& timings = found.timings;
   report::Table table =
@@ -76,25 +76,25 @@ std::string writeTimings(const FoundRuns& found, const fs::path& out) {
   table.notes.insert(table.notes.end(), found.failures.begin(), found.failures.end());
   const report::Table counters = report::counterView(found.runs);
   std::string text = report::toText(table);
-  std::string markdown = report::toMarkdown(table);
+  std::vector<report::Table> tables{table};
   if (!counters.rows.empty() || !counters.notes.empty()) {
     text += "\n" + report::toText(counters);
-    markdown += "\n" + report::toMarkdown(counters);
+    tables.push_back(counters);
   }
   for (const report::TimingTable& timing : timings)
-    if (timings.size() > 1) markdown += "\n" + report::toMarkdown(report::timingView(timing));
-  writeFileAtomically(out / "table.md", markdown);
+    if (timings.size() > 1) tables.push_back(report::timingView(timing));
+  report::writeTables(out, "table", tables);
   writeFileAtomically(out / "table.csv", report::timingCsv(timings));
   return text;
 }
 
-/// errors.md, errors.csv; returns the table as text.
+/// errors.md, errors.tex, errors.csv; returns the table as text.
 std::string writeErrors(const FoundRuns& found,
                         const std::vector<report::RunComparison>& comparisons,
                         const fs::path& out) {
   report::Table errors = report::errorSummary(comparisons, found.timings);
   errors.notes.insert(errors.notes.end(), found.failures.begin(), found.failures.end());
-  writeFileAtomically(out / "errors.md", report::toMarkdown(errors));
+  report::writeTables(out, "errors", std::span(&errors, 1));
   writeFileAtomically(out / "errors.csv", report::errorCsv(comparisons));
   return report::toText(errors);
 }
@@ -129,8 +129,8 @@ void writeSheet(const run::RunConfig& run, const FoundRuns& found,
 }  // namespace
 
 Reports writeReports(const run::RunConfig& run, const std::vector<run::MethodResult>& results,
-                     const fs::path& out) {
-  const FoundRuns found(results);
+                     const fs::path& out, int amortize) {
+  const FoundRuns found(results, amortize);
   Reports reports;
   reports.text = writeTimings(found, out);
   reports.timingsJson = report::timingJson(found.timings);

@@ -17,8 +17,9 @@ struct Reports {
 };
 
 /// Writes timing and error tables (Markdown, CSV) and a contact sheet of a run, with notes about
-/// failed frames. At least one method must have a frame. Logs which files to open.
+/// failed frames. At least one method must have a frame. Logs which files to open. `amortize`: as
+/// for report::timingTable().
 Reports writeReports(const run::RunConfig& run, const std::vector<run::MethodResult>& results,
-                     const std::filesystem::path& out);
+                     const std::filesystem::path& out, int amortize = 0);
 
 }  // namespace catoptric::app

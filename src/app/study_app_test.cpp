@@ -22,7 +22,7 @@ std::string exactCells(const std::string& csv) {
     std::vector<std::string> cells;
     std::istringstream text(line);
     for (std::string cell; std::getline(text, cell, ',');) cells.push_back(cell);
-    for (const std::size_t column : {0, 1, 2, 4, 11, 12, 13})  // number, key, value, errors
+    for (const std::size_t column : {0, 1, 2, 4, 14, 15, 16})  // number, key, value, errors
       result += (column < cells.size() ? cells[column] : "") + " ";
     result += "\n";
   }
@@ -163,6 +163,7 @@ TEST_F(Sweep, ResumedItGivesTheSamePoints) {
 
 TEST_F(Sweep, WhatIsWrongEndsWithAHint) {
   const std::map<std::string, std::string> wrong{
+      {"--time meen", "did you mean \"mean\""},
       {"--vary methods.reference.sampels=1,2", "did you mean \"samples\"?"},
       {"--vary samples=1,2", "write --set methods.reference.samples"},
       {"--vary methods.reference.samples=4..1:3", "must run from a smaller to a larger number"},
@@ -403,6 +404,8 @@ TEST_F(Sweep, RepeatsOfARunSayHowFarRatiosHold) {
   EXPECT_EQ(result.exitCode, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("interleaved rounds; x: time divided by that of truth"));
   EXPECT_THAT(result.out, HasSubstr(" to 0."));
+  EXPECT_THAT(result.out, HasSubstr("mean of 6 frames"));
+  EXPECT_THAT(result.out + result.err, testing::Not(HasSubstr("--repeats 8")));
   EXPECT_THAT(run(command + "--repeats 2").out, HasSubstr("too few rounds to tell"));
   EXPECT_EQ(run(command + "--ratio-to truth").exitCode, 2);
   EXPECT_THAT(run(command + "--repeats 2 --ratio-to trut").err, HasSubstr("did you mean"));
@@ -473,13 +476,13 @@ TEST_F(Sweep, AChangedSettingRendersItsCellAlone) {
   const Result nowhere = run("tables b.suite.json --effort smoke --out /proc/nope");
   EXPECT_EQ(nowhere.exitCode, 5) << nowhere.err;
   EXPECT_THAT(nowhere.err, HasSubstr("/proc/nope: cannot be created"));
-  EXPECT_THAT(first.err, HasSubstr("times: 6 frames rendered"));   // three, warm and timed
+  EXPECT_THAT(first.err, HasSubstr("times: 9 frames rendered"));   // three, first, warm and timed
   EXPECT_THAT(first.err, HasSubstr("errors: 3 frames rendered"));  // three
   write(3, R"json([{"value": "error(errors.b, L1_8bit)", "from": 100, "to": 101}])json");
   const Result second = run(command + "--check");
   EXPECT_EQ(second.exitCode, 7) << second.err;
   EXPECT_THAT(second.err, HasSubstr("expected 100 to 101"));
-  EXPECT_THAT(second.err, HasSubstr("times: 4 frames rendered"));  // b, beside the truth
+  EXPECT_THAT(second.err, HasSubstr("times: 6 frames rendered"));  // b, beside the truth
   EXPECT_THAT(second.err, HasSubstr("errors: 1 frames rendered"));
   EXPECT_THAT(textOf(folder / "t/tables.md"), HasSubstr("too few rounds"));
 }

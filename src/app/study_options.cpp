@@ -1,6 +1,7 @@
 #include "app/study_options.h"
 
 #include <algorithm>
+#include <map>
 
 #include "app/run_options.h"
 #include "config/json_text.h"
@@ -50,6 +51,23 @@ OptionRow clockRow(std::string& clock) {
                 "Clock of the times: wall, or cpu (the CPU time of all threads; other programs "
                 "disturb it less)",
                 {.showsDefault = true});
+}
+
+OptionRow amortizeRow(int& amortize) {
+  return option("--amortize", amortize, "N",
+                "Frames that share the cost of all that is built, in the mean time of a frame [the "
+                "frames of the path]",
+                {.least = 0, .most = 10'000'000});
+}
+
+Rows timeRows(StudyOptions& options) {
+  return {
+      option("--time", options.time, "KIND",
+             "Time that counts: steady (of a frame after others), first (of the first frame, "
+             "with all that the method builds before it), or mean (of --amortize frames, builds "
+             "included). first and mean start every method anew in each round",
+             {.showsDefault = true}),
+      amortizeRow(options.amortize)};
 }
 
 Rows studyRows(StudyOptions& options, CommonOptions& common, int leastRepeats) {
@@ -122,12 +140,28 @@ std::vector<std::string> studiedMethods(const StudyOptions& options, const std::
   return names;
 }
 
-study::Measurement::Clock parseClock(const std::string& text) {
-  if (text == "wall") return study::Measurement::Clock::Wall;
-  if (text == "cpu") return study::Measurement::Clock::Cpu;
+study::Clock parseClock(const std::string& text) {
+  if (text == "wall") return study::Clock::Wall;
+  if (text == "cpu") return study::Clock::Cpu;
   const std::vector<std::string> names{"wall", "cpu"};
   throw UsageError("--clock \"" + text + "\"" + didYouMean(text, names) +
                    ": must be one of: wall, cpu");
+}
+
+study::TimeKind timeKind(const StudyOptions& options, int pathFrames) {
+  study::TimeKind kind;
+  kind.clock = parseClock(options.clock);
+  const std::map<std::string, study::TimeKind::Of> kinds{{"steady", study::TimeKind::Of::Steady},
+                                                         {"first", study::TimeKind::Of::First},
+                                                         {"mean", study::TimeKind::Of::Mean}};
+  const auto found = kinds.find(options.time);
+  const std::vector<std::string> names{"steady", "first", "mean"};
+  if (found == kinds.end())
+    throw UsageError("--time \"" + options.time + "\"" + didYouMean(options.time, names) +
+                     ": must be one of: " + joined(names, ", "));
+  kind.of = found->second;
+  kind.amortize = options.amortize > 0 ? options.amortize : pathFrames;
+  return kind;
 }
 
 fs::path studyFolder(const StudyOptions& options, const study::Inputs& inputs,
@@ -172,6 +206,7 @@ study::BenchOptions benchOptions(const StudyOptions& options, const fs::path& fo
   bench.folder = folder;
   bench.repeats = options.repeats;
   bench.workers = options.workers;
+  if (options.time != "steady") bench.first = study::FirstFrames::EachRound;
   bench.seed = options.seed.empty() ? 0 : std::stoull(options.seed);
   bench.patience = patience(options.patience);
   bench.progress = [&printer](const std::string& what, double share) {

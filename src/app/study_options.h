@@ -21,11 +21,16 @@ struct StudyOptions : RunOptions {
   std::string existing = "error";
   std::string progress = "auto";
   std::string clock = "wall";
+  std::string time = "steady";
+  int amortize = 0;  ///< 0: the frames of the path
 };
 
 OptionRow workersRow(int& workers);
 OptionRow patienceRow(double& minutes);
 OptionRow clockRow(std::string& clock);
+OptionRow amortizeRow(int& amortize);
+/// --time and --amortize.
+Rows timeRows(StudyOptions& options);
 
 /// Options of a run, and --out, --against, --repeats, --workers, --patience, --existing, --clock,
 /// --progress.
@@ -42,7 +47,9 @@ std::string referenceName(const StudyOptions& options);
 /// reference.
 std::vector<std::string> studiedMethods(const StudyOptions& options, const std::string& against);
 
-study::Measurement::Clock parseClock(const std::string& text);
+study::Clock parseClock(const std::string& text);
+/// The time that --clock, --time and --amortize name, for a path of `pathFrames` frames.
+study::TimeKind timeKind(const StudyOptions& options, int pathFrames);
 
 /// How long a worker may give no answer: this many minutes, or until a signal has asked the program
 /// to stop.

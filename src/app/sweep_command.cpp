@@ -83,7 +83,7 @@ ExitCode sweep(const SweepOptions& given, const CommonOptions& common) {
   const ProgressMode mode = parseProgress(options.progress, common.quiet);
   ProgressPrinter printer(mode);
   study::SweepRequest request;
-  request.clock = parseClock(options.clock);
+  timeKind(options, 1);  // says what is wrong before anything is loaded
   request.metrics = options.metrics;
   request.ratioTo = options.ratioTo;
   request.against = referenceName(options);
@@ -102,6 +102,7 @@ ExitCode sweep(const SweepOptions& given, const CommonOptions& common) {
   std::vector<study::Setting> settings;
   for (const study::Point& point : request.points) settings.push_back(bench.prepare(point));
   bench.checkReference(settings);
+  request.time = timeKind(options, bench.pathFrames(settings.front()));
   if (options.dryRun) {
     printData(dryRunText(bench, settings));
     return ExitCode::Done;
@@ -152,7 +153,7 @@ Command sweepCommand(CommonOptions& common) {
   };
   return {
       "sweep", "Measure time and error for every combination of values of some options.",
-      studyRows(*options, common, 0) + own,
+      studyRows(*options, common, 0) + timeRows(*options) + own,
       R"(The config's section "sweep" may set vary, link, where, metric, against, ratio_to and repeats;
 options of the command line replace them.
 

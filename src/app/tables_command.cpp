@@ -28,6 +28,7 @@ struct TablesOptions {
   int repeats = 8;
   int workers = 8;
   double patience = 30.0;  ///< minutes
+  int amortize = 0;
   bool textOnly = false;
   bool check = false;
   std::string into;
@@ -97,8 +98,7 @@ PreparedRun prepareRun(const study::SuiteRun& run, const study::Settings& ofEffo
 const study::Samples* samplesOf(const study::Bench& bench, const std::string& key,
                                 const std::string& base, const std::vector<int>& frames) {
   for (const study::Samples& samples : bench.samples())
-    if (samples.frames == frames && samples.repeats >= bench.options().repeats &&
-        samples.find(key) && samples.find(base))
+    if (samples.serve(frames, bench.options()) && samples.find(key) && samples.find(base))
       return &samples;
   return nullptr;
 }
@@ -135,7 +135,7 @@ bool isKnown(study::Bench& bench, const PreparedRun& run, const study::Setting& 
 }
 
 /// Measures a run as far as it is not known.
-void measureRun(const PreparedRun& run, bool textOnly, study::SuiteData& data) {
+void measureRun(const PreparedRun& run, bool textOnly, int amortize, study::SuiteData& data) {
   study::Bench& bench = *run.bench;
   bench.open();
   const std::vector<int>& asked = bench.frames(run.settings.front());
@@ -161,6 +161,7 @@ void measureRun(const PreparedRun& run, bool textOnly, study::SuiteData& data) {
         base.key,
         bench.errors(setting),
         asked,
+        amortize > 0 ? amortize : bench.pathFrames(setting),
         bench.reflectors(setting)};
   }
   if (bench.framesRendered() > 0)
@@ -336,7 +337,7 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   study::failedChecks(suite, data);
   if (!options.into.empty()) writeInto(options.into, suite, data, false);
   try {
-    for (const PreparedRun& run : runs) measureRun(run, options.textOnly, data);
+    for (const PreparedRun& run : runs) measureRun(run, options.textOnly, options.amortize, data);
     if (!options.pictures.empty() && !options.textOnly)
       drawPictures(suite, data, options, values ? &*values : nullptr, printer, folder);
   } catch (const study::StudyStopped&) {
@@ -378,6 +379,7 @@ Command tablesCommand(CommonOptions& common) {
              {.least = 1, .most = 1000, .showsDefault = true}),
       workersRow(options->workers),
       patienceRow(options->patience),
+      amortizeRow(options->amortize),
       flag("--text-only", options->textOnly,
            "Render nothing; make the tables again from earlier measurements"),
       option("--into", options->into, "PAGE.md",

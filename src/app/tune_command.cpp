@@ -78,6 +78,7 @@ struct Tuned {
   study::Bound bound;
   std::string against;
   std::vector<study::Setting> settings;
+  study::TimeKind time;
   study::TuneResult result;
 };
 
@@ -172,9 +173,10 @@ std::string resultText(study::Bench& bench, const Tuned& tuned) {
     return text + "\n";
   }
   return tuned.settings[*result.best].text() + ": " + report::fixedText(1e3 * result.seconds, 1) +
-         " ms per frame; " + tuned.bound.metric + " " + report::fixedText(result.error, 3) +
-         " against " + tuned.against + ", at worst " + report::fixedText(result.worstError, 3) +
-         " in frame " + std::to_string(result.worstFrame) + ". " + tuned.bound.text + " " +
+         " ms (" + study::timeName(tuned.time) + "); " + tuned.bound.metric + " " +
+         report::fixedText(result.error, 3) + " against " + tuned.against + ", at worst " +
+         report::fixedText(result.worstError, 3) + " in frame " +
+         std::to_string(result.worstFrame) + ". " + tuned.bound.text + " " +
          (result.verifiedOnAll
               ? "holds on all frames"
               : "holds on the tested frames, which guarantees nothing for the others") +
@@ -182,8 +184,7 @@ std::string resultText(study::Bench& bench, const Tuned& tuned) {
 }
 
 /// tune --per-reflector, once all options are checked.
-ExitCode tuneMixture(TuneCommand options, const study::Bound& bound,
-                     study::Measurement::Clock clock, ProgressPrinter& printer) {
+ExitCode tuneMixture(TuneCommand options, const study::Bound& bound, ProgressPrinter& printer) {
   if (!options.vary.empty() || options.budgetMinutes > 0.0 || options.dryRun)
     throw UsageError("--per-reflector cannot be combined with --vary, --budget or --dry-run");
   const std::string against = referenceName(options);
@@ -193,16 +194,19 @@ ExitCode tuneMixture(TuneCommand options, const study::Bound& bound,
   const std::filesystem::path folder = studyFolder(options, inputs, methods, "reflectors");
   study::Bench bench(inputs, benchOptions(options, folder, printer));
   bench.setReference(against);
-  bench.checkReference({bench.prepare({methods.front(), {}, "", ""})});
+  const study::Setting first = bench.prepare({methods.front(), {}, "", ""});
+  bench.checkReference({first});
+  const study::TimeKind time = timeKind(options, bench.pathFrames(first));
   openStudyFolder(bench, options.existing, "reflectors");
   catchStopSignals(false);
   study::MixtureResult result;
   if (!measureUnlessStopped(printer, "",
-                            [&] { result = study::tuneReflectors(bench, methods, bound, clock); }))
+                            [&] { result = study::tuneReflectors(bench, methods, bound, time); }))
     return stoppedCode();
   report::HtmlPage page("A method for each reflector, for " + bound.text);
   page.paragraph(result.text);
   std::string text = result.text;
+  report::writeTables(folder, "table", result.tables);
   for (const report::Table& table : result.tables) {
     page.table(table);
     text += "\n" + report::toText(table);
@@ -221,7 +225,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   Tuned tuned;
   tuned.bound = boundOf(options);
   const std::int64_t start = nowNs();
-  study::TuneTimes times{parseClock(options.clock), {}};
+  study::TuneTimes times{timeKind(options, 1), {}};
   study::TuneOptions tuneOptions;
   tuneOptions.bound = tuned.bound;
   tuneOptions.verifyFrames = verifyFrames(options.verify);
@@ -230,7 +234,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   if (options.repeats < study::kLeastRounds && tuned.bound.kind == study::Bound::Kind::Time)
     throw UsageError("--max-time " + tuned.bound.text +
                      " needs --repeats 8 or more: fewer rounds give no confidence interval");
-  if (options.perReflector) return tuneMixture(options, tuned.bound, times.clock, printer);
+  if (options.perReflector) return tuneMixture(options, tuned.bound, printer);
 
   tuned.against = referenceName(options);
   const std::vector<std::string> methods = studiedMethods(options, tuned.against);
@@ -248,6 +252,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
     tuned.settings.push_back(bench.prepare(point));
   bench.checkReference(tuned.settings);
   tuneOptions.frames = bench.frames(tuned.settings.front());
+  tuned.time = times.kind = timeKind(options, bench.pathFrames(tuned.settings.front()));
   if (!tuned.bound.timeOf.empty()) times.timeOf = bench.prepare({tuned.bound.timeOf, {}, "", ""});
   if (options.dryRun) {
     printData(study::tuneForecast(tuned.settings, tuneOptions.frames, options.repeats));
@@ -267,7 +272,14 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   if (tuned.result.best) study::writeTunedConfig(tuned.settings[*tuned.result.best], folder, text);
   report::HtmlPage page("Tuned for " + tuned.bound.text);
   page.paragraph(text);
-  page.table(study::trialTable(tuned.result, tuned.settings, tuned.bound.metric));
+  const std::string curve =
+      study::toSvg(study::trialChart(tuned.result, tuned.settings, tuned.bound, tuned.time));
+  page.svg(curve);
+  writeFileAtomically(folder / "tradeoff.svg", std::string_view(curve));
+  const report::Table trials =
+      study::trialTable(tuned.result, tuned.settings, tuned.bound.metric, tuned.time);
+  report::writeTables(folder, "table", std::span(&trials, 1));
+  page.table(trials);
   page.details("Machine", studyContext(bench));
   writeFileAtomically(folder / "report.html", std::string_view(page.text()));
   bench.clear();
@@ -319,7 +331,7 @@ Command tuneCommand(CommonOptions& common) {
   return {"tune",
           "Find the fastest option values within an error bound, or the most accurate ones within "
           "a time bound.",
-          studyRows(*options, common, 1) + own,
+          studyRows(*options, common, 1) + timeRows(*options) + own,
           R"(Examples:
   catoptric tune configs/living_room.json --method second_order --max-error 'L1_8bit<=2' \
       --vary methods.second_order.level_error=0..1:5 --vary methods.second_order.bin_density=2.5,10,40

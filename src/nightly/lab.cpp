@@ -104,7 +104,7 @@ class ProcessLab : public Lab {
       if (!measured.settings[i].failure.empty())
         turns.failures[roles[i]] = measured.settings[i].failure;
       else
-        turns.times[roles[i]] = measured.times(i, options_.clock);
+        turns.times[roles[i]] = measured.times(i, {options_.clock});
       for (const std::string& step : measured.steps(i))
         turns.steps[roles[i]][step] = measured.stepTimes(i, step);
       if (roles[i] == role::kTonight && !writeTo.empty())

@@ -73,7 +73,7 @@ struct LabOptions {
   std::function<study::Inputs(const NightScene&, const std::string& frames)> inputs;
   std::filesystem::path program;  ///< the program that is judged
   std::filesystem::path work;     ///< folder for logs and temporary files
-  study::Measurement::Clock clock = study::Measurement::Clock::Wall;
+  study::Clock clock = study::Clock::Wall;
   study::Patience patience;  ///< a program that gives no answer counts as a crash
 };
 

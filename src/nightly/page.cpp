@@ -224,7 +224,6 @@ class PageWriter {
     chart.title = "Time against the anchor build";
     chart.xTitle = "night";
     chart.yTitle = "times as long";
-    chart.fromZero = false;
     study::ChartSeries series{"nights up to this one", {}, true};
     for (const TrendPoint& point : points) {
       study::ChartPoint at;

@@ -214,16 +214,17 @@ TEST_F(CompareRuns, FramesArePooledByPixels) {
   EXPECT_EQ(first.get("frames").asArray().at(0).get("L1_8bit").asNumber(), 1.0);
   EXPECT_EQ(first.get("only_in_run").dump(), "[3]");
 
-  TimingTable fast{"traced", 1, {}, {}, {}, {}, {}, {}};
+  TimingTable fast;
+  fast.name = "traced";
   fast.rendering.median = 0.05;
-  TimingTable slow{"reference", 1, {}, {}, {}, {}, {}, {}};
+  TimingTable slow;
+  slow.name = "reference";
   slow.rendering.median = 0.2;
   const std::vector<TimingTable> timings{fast, slow};
   const Table summary = errorSummary(one, timings);
   EXPECT_EQ(summary.rows[0][3], "0.583");
   EXPECT_EQ(summary.rows[0][15], "50.00");
-  EXPECT_EQ(summary.rows[0][16], "0.250");
-  EXPECT_EQ(summary.columns[16].title, "x of against");
+  EXPECT_EQ(summary.columns.size(), 16u);  // no ratio of times that were not measured in turns
   // An empty cell says why it is
   EXPECT_EQ(summary.rows[0][4], "");
   EXPECT_THAT(toText(summary), HasSubstr("L1_8bit_reflective of traced is empty"));

@@ -341,10 +341,7 @@ Table errorSummary(std::span<const RunComparison> comparisons,
   const TruthColumns truth(comparisons);
   table.columns = {{"method", false}, {"against", false}, {"frames", true}};
   appendMeasureColumns(table.columns, truth);
-  if (!timings.empty()) {
-    table.columns.push_back({"median ms", true});
-    table.columns.push_back({"x of against", true});
-  }
+  if (!timings.empty()) table.columns.push_back({"median ms", true});
   const auto medianOf = [&](const std::string& name) {
     for (const TimingTable& timing : timings)
       if (timing.name == name) return timing.rendering.median;
@@ -355,9 +352,7 @@ Table errorSummary(std::span<const RunComparison> comparisons,
     appendMeasures(cells, c.pooled, truth);
     if (!timings.empty()) {
       const double time = medianOf(c.name);
-      const double base = medianOf(c.reference);
       cells.push_back(time > 0.0 ? fixedText(time * 1e3, 2) : "");
-      cells.push_back(time > 0.0 && base > 0.0 ? fixedText(time / base, 3) : "");
     }
     table.rows.push_back(cells);
     appendNotFinite(table, c.name + " against " + c.reference, c.pooled);

@@ -86,6 +86,9 @@ void readSummary(const fs::path& file, RunData& run) {
   const config::Value kinds = summary.get("step_kinds");
   if (!kinds.isNull())
     for (const std::string& step : kinds.keys()) run.stepKinds[step] = kinds.get(step).asString();
+  if (summary.has("keeps")) run.keeps = summary.get("keeps").asString();
+  if (summary.has("path_frames"))
+    run.pathFrames = static_cast<int>(summary.get("path_frames").asInteger());
   const config::Value reflectors = summary.get("reflectors");
   if (!reflectors.isNull())
     for (const config::Value& reflector : reflectors.asArray())

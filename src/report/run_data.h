@@ -28,6 +28,8 @@ struct RunData {
   std::vector<Counter> counters;                  ///< from summary.json, by name
   std::map<std::string, std::string>
       stepKinds;                           ///< from summary.json: the steps that are not rendering
+  std::string keeps;                       ///< from summary.json: methods::keepsOf()
+  int pathFrames = 1;                      ///< from summary.json: frames of the camera path
   std::map<int, std::string> objectNames;  ///< from summary.json: reflective objects by id
 };
 

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "config/json_text.h"
+#include "core/file.h"
 #include "core/text.h"
 
 namespace catoptric::report {
@@ -135,6 +136,18 @@ std::string toTex(const Table& table) {
   text += "\\bottomrule\n\\end{tabular}\n";
   for (const std::string& note : table.notes) text += "\\par " + texText(note) + "\n";
   return text;
+}
+
+void writeTables(const std::filesystem::path& folder, const std::string& name,
+                 std::span<const Table> tables) {
+  std::string markdown;
+  std::string tex;
+  for (const Table& table : tables) {
+    markdown += (markdown.empty() ? "" : "\n") + toMarkdown(table);
+    tex += (tex.empty() ? "" : "\n") + toTex(table);
+  }
+  writeFileAtomically(folder / (name + ".md"), std::string_view(markdown));
+  writeFileAtomically(folder / (name + ".tex"), std::string_view(tex));
 }
 
 std::string toCsv(const Table& table) {

@@ -1,6 +1,8 @@
 // Tables of text cells, printed as aligned text for a terminal, Markdown, LaTeX, CSV or JSON.
 #pragma once
 
+#include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,6 +29,9 @@ std::string toMarkdown(const Table& table);
 
 /// A LaTeX tabular (booktabs) with the notes below it.
 std::string toTex(const Table& table);
+/// Writes NAME.md and NAME.tex to `folder`.
+void writeTables(const std::filesystem::path& folder, const std::string& name,
+                 std::span<const Table> tables);
 /// The cells alone as CSV. [RFC 4180]
 std::string toCsv(const Table& table);
 

@@ -12,6 +12,10 @@ namespace catoptric::report {
 namespace {
 
 constexpr const char* kOverlapped = "overlapped";
+/// Steps before the first frame that build nothing for the method: they are the scene's, or frames
+/// before the run's first one.
+const std::set<std::string> kOfScene = {"scene",       "path", "geometry",
+                                        "environment", "bake", "warm_up"};
 
 /// Whether a step is no part of rendering (methods::StepKind, as summary.json names it).
 bool isApart(const RunData& run, const std::string& step) {
@@ -73,12 +77,33 @@ std::string json(const std::vector<StepStatistics>& steps) {
   return "[" + joined(texts, ",") + "]";
 }
 
-/// What others are held against: "traced", else "reference", else the first.
-std::size_t baselineOf(std::span<const TimingTable> methods) {
-  for (const char* name : {"traced", "reference"})
-    for (std::size_t i = 0; i < methods.size(); ++i)
-      if (methods[i].name == name) return i;
-  return 0;
+/// Seconds of what a method builds before its first frame, in one process.
+double secondsOfBuilds(const std::vector<StepStatistics>& preparation) {
+  double sum = 0.0;
+  int processes = 1;
+  for (const StepStatistics& s : preparation) {
+    if (s.step == "scene") processes = s.count;
+    if (!kOfScene.contains(s.step)) sum += s.sum;
+  }
+  return sum / processes;
+}
+
+/// Why the frames' times are too long for a method that keeps something; empty: they are not.
+std::string apartNote(const RunData& run, const std::set<int>& frames) {
+  if (run.keeps.empty() || frames.empty() ||
+      static_cast<int>(frames.size()) == *frames.rbegin() - *frames.begin() + 1)
+    return "";
+  return run.name + " keeps " + run.keeps +
+         " from frame to frame. These frames are not consecutive, so its steady frames take longer "
+         "than those of the whole path.";
+}
+
+constexpr const char* kMeaning =
+    "First frame: with what the method builds before it (BVH, programs, levels). Steady frame: "
+    "every other.";
+
+std::string framesText(int frames) {
+  return "mean of " + std::to_string(frames) + (frames == 1 ? " frame" : " frames");
 }
 
 std::string perSecond(double seconds) {
@@ -94,7 +119,7 @@ const StepStatistics* TimingTable::find(const std::string& step) const {
   return nullptr;
 }
 
-TimingTable timingTable(const RunData& run) {
+TimingTable timingTable(const RunData& run, int amortize) {
   std::vector<std::string> order;
   std::map<std::string, Series> series;
   std::vector<std::string> preparationOrder;
@@ -138,6 +163,20 @@ TimingTable timingTable(const RunData& run) {
   }
   table.rendering = statisticsOf("rendering", rendering);
   table.frame = statisticsOf("frame", frame);
+  const double builds = secondsOfBuilds(table.preparation);
+  std::vector<double> first;
+  std::vector<double> steady;
+  for (const auto& [number, seconds] : rendering.perFrame)
+    if (rendering.firsts.contains(number))
+      first.push_back(builds + seconds);
+    else
+      steady.push_back(seconds);
+  table.first = statisticsOf("first frame", "wall", std::move(first));
+  table.steady = statisticsOf("steady frame", "wall", std::move(steady));
+  table.note = apartNote(run, numbers);
+  table.amortize = amortize > 0 ? amortize : run.pathFrames;
+  if (table.first.count > 0 && (table.amortize == 1 || table.steady.count > 0))
+    table.mean = (table.first.mean + (table.amortize - 1) * table.steady.mean) / table.amortize;
   return table;
 }
 
@@ -161,6 +200,13 @@ Table timingView(const TimingTable& timings) {
     row(timings.rendering, true, true);
     for (const StepStatistics& s : timings.apart) row(s, false, false);
     if (!timings.apart.empty()) row(timings.frame, false, true);
+    table.rows.emplace_back();
+    for (const StepStatistics* s : {&timings.first, &timings.steady})
+      if (s->count > 0) row(*s, false, false);
+    if (timings.mean)
+      table.rows.push_back({framesText(timings.amortize), "wall", "", "", "", ms(*timings.mean)});
+    table.notes.emplace_back(kMeaning);
+    if (!timings.note.empty()) table.notes.push_back(timings.note);
   }
   if (!timings.overlapped.empty()) {
     table.rows.emplace_back();
@@ -185,13 +231,9 @@ Table timingView(const TimingTable& timings) {
 Table timingComparison(std::span<const TimingTable> methods) {
   Table table;
   if (methods.empty()) return table;
-  const std::size_t baseline = baselineOf(methods);
-  table.title = "Median ms per frame; x: time divided by that of " + methods[baseline].name;
+  table.title = "Median ms per frame";
   table.columns.push_back({"step", false});
-  for (const TimingTable& method : methods) {
-    table.columns.push_back({method.name, true});
-    if (methods.size() > 1) table.columns.push_back({"x", true});
-  }
+  for (const TimingTable& method : methods) table.columns.push_back({method.name, true});
 
   // Steps of all methods, in the order in which they first occur
   using Group = std::vector<StepStatistics> TimingTable::*;
@@ -205,47 +247,33 @@ Table timingComparison(std::span<const TimingTable> methods) {
     std::stable_partition(order.begin(), order.end(),
                           [](const std::string& step) { return step != "other"; });
     for (const std::string& step : order) {
-      const auto timeOf = [&](const TimingTable& method) {
+      std::vector<std::string> cells{step};
+      for (const TimingTable& method : methods) {
+        cells.emplace_back();
         for (const StepStatistics& s : method.*group) {
           if (s.step != step) continue;
           someFramesOnly = someFramesOnly || (!preparation && s.count < method.frames);
-          return preparation ? s.sum : s.median;
+          cells.back() = ms(preparation ? s.sum : s.median);
         }
-        return -1.0;
-      };
-      const double base = timeOf(methods[baseline]);
-      std::vector<std::string> cells{step};
-      for (const TimingTable& method : methods) {
-        const double time = timeOf(method);
-        cells.push_back(time >= 0.0 ? ms(time) : "");
-        if (methods.size() > 1)
-          cells.push_back(time >= 0.0 && base > 0.0 ? fixedText(time / base, 2) : "");
       }
       table.rows.push_back(cells);
     }
     return !order.empty();
   };
+  const auto addRow = [&](const std::string& name, const auto& textOf) {
+    std::vector<std::string> cells{name};
+    for (const TimingTable& method : methods) cells.push_back(textOf(method));
+    table.rows.push_back(cells);
+  };
   addGroup(&TimingTable::steps, false);
   table.rows.emplace_back();
-  const auto addTotal = [&](const std::string& name, double StepStatistics::*value) {
-    std::vector<std::string> total{name};
-    const double base = methods[baseline].rendering.*value;
-    for (const TimingTable& method : methods) {
-      const double time = method.rendering.*value;
-      total.push_back(method.frames > 0 ? ms(time) : "");
-      if (methods.size() > 1)
-        total.push_back(base > 0.0 && time > 0.0 ? fixedText(time / base, 2) : "");
-    }
-    table.rows.push_back(total);
-  };
-  addTotal("rendering", &StepStatistics::median);
-  addTotal("rendering, mean", &StepStatistics::mean);
-  std::vector<std::string> rate{"frames per s"};
-  for (const TimingTable& method : methods) {
-    rate.push_back(perSecond(method.rendering.median));
-    if (methods.size() > 1) rate.emplace_back();
-  }
-  table.rows.push_back(rate);
+  addRow("rendering", [](const auto& m) { return m.frames > 0 ? ms(m.rendering.median) : ""; });
+  addRow("frames per s", [](const auto& m) { return perSecond(m.rendering.median); });
+  table.rows.emplace_back();
+  addRow("first frame", [](const auto& m) { return m.first.count > 0 ? ms(m.first.mean) : ""; });
+  addRow("steady frame", [](const auto& m) { return m.steady.count > 0 ? ms(m.steady.mean) : ""; });
+  addRow(framesText(methods.front().amortize),
+         [](const auto& m) { return m.mean ? ms(*m.mean) : ""; });
   table.rows.emplace_back();
   if (addGroup(&TimingTable::overlapped, false)) table.rows.emplace_back();
   if (addGroup(&TimingTable::preparation, true))
@@ -253,10 +281,9 @@ Table timingComparison(std::span<const TimingTable> methods) {
         "Last rows: before the first frame, summed over the processes that made the run.");
   else
     table.rows.pop_back();
-  if (methods.size() > 1)
-    table.notes.emplace_back(
-        "The methods ran one after the other, so other load on the machine affects their ratios. "
-        "`render --repeats 8` interleaves them and gives confidence intervals.");
+  table.notes.push_back(kMeaning + std::string(" These rows are means."));
+  for (const TimingTable& method : methods)
+    if (!method.note.empty()) table.notes.push_back(method.note);
   if (someFramesOnly)
     table.notes.emplace_back(
         "For a step that only some frames have, the median is over these frames.");
@@ -309,6 +336,10 @@ std::string timingCsv(std::span<const TimingTable> methods) {
     if (method.frames == 0) continue;
     add("total", method.rendering);
     add("total", method.frame);
+    for (const StepStatistics* s : {&method.first, &method.steady})
+      if (s->count > 0) add("total", *s);
+    if (method.mean)
+      add("total", statisticsOf(framesText(method.amortize), "wall", {*method.mean}));
   }
   return text;
 }
@@ -320,6 +351,9 @@ std::string timingJson(std::span<const TimingTable> methods) {
     text.add("name", method.name).add("frames", method.frames);
     if (method.frames > 0)
       text.raw("rendering", json(method.rendering)).raw("frame", json(method.frame));
+    if (method.first.count > 0) text.raw("first", json(method.first));
+    if (method.steady.count > 0) text.raw("steady", json(method.steady));
+    if (method.mean) text.add("amortize", method.amortize).add("mean_seconds", *method.mean);
     texts.push_back(text.raw("steps", json(method.steps))
                         .raw("apart", json(method.apart))
                         .raw("overlapped", json(method.overlapped))

@@ -2,6 +2,7 @@
 // separate from frames. Tables of several methods are compared side by side, with ratios.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,17 +36,26 @@ struct TimingTable {
   std::vector<StepStatistics> overlapped;  ///< steps parallel to rendering: encode, write
   StepStatistics rendering;                ///< per frame: the sum of all `steps`
   StepStatistics frame;                    ///< per frame: `steps` and `apart`
-
+  /// Rendering of the frames marked `first`, each with what the method builds before it: BVH,
+  /// programs, levels, but not reading the scene and baking light.
+  StepStatistics first;
+  StepStatistics steady;  ///< rendering of all other frames
+  std::string note;       ///< why these times are not those of consecutive frames; empty: they are
+  int amortize = 0;       ///< frames that share what is built
+  /// Mean time of a frame at the end of `amortize` frames, with all that is built. nullopt: first
+  /// or steady frames are missing.
+  std::optional<double> mean;
   const StepStatistics* find(const std::string& step) const;
 };
 
-TimingTable timingTable(const RunData& run);
+/// `amortize`: TimingTable::amortize; 0: the frames of the run's path.
+TimingTable timingTable(const RunData& run, int amortize = 0);
 
 /// One method: ms, fraction of the rendering, frames per second.
 Table timingView(const TimingTable& timings);
 /// Several methods: the median time of each step in ms, over the frames that have it (so first
-/// frames, which include allocation, have little influence); and the ratio of each method's time to
-/// that of "traced", otherwise of "reference", otherwise of the first method.
+/// frames, which include allocation, have little influence). No ratios: the methods did not run in
+/// turns.
 Table timingComparison(std::span<const TimingTable> methods);
 /// The counters of the methods: the mean per frame, and the maximum if it differs. Counters that
 /// are always 0 are listed in a note.

@@ -110,9 +110,18 @@ std::optional<std::size_t> Samples::find(const std::string& key) const {
   const auto found = std::find(keys.begin(), keys.end(), key);
   if (found == keys.end()) return {};
   const auto index = static_cast<std::size_t>(found - keys.begin());
-  const bool measured = std::any_of(measurement.turns.begin(), measurement.turns.end(),
-                                    [&](const Turn& turn) { return turn.setting == index; });
+  const bool measured =
+      std::any_of(measurement.turns.begin(), measurement.turns.end(),
+                  [&](const Turn& turn) { return turn.setting == index && turn.frame != kFirst; });
   return measured ? std::optional(index) : std::nullopt;
+}
+
+bool Samples::serve(const std::vector<int>& wanted, const BenchOptions& options) const {
+  return frames == wanted && repeats >= options.repeats &&
+         (options.first != FirstFrames::EachRound ||
+          std::ranges::any_of(measurement.turns, [](const Turn& turn) {
+            return turn.frame == kFirst && turn.round > 0;
+          }));
 }
 
 std::string samplesCsv(const Samples& samples, bool header) {
@@ -159,7 +168,8 @@ Samples parseSamples(const std::string& text, const std::string& name) {
           cellNumber<double>(step.substr(equals + 1), place);
     }
     samples.repeats = std::max(samples.repeats, turn.round);
-    if (std::find(samples.frames.begin(), samples.frames.end(), turn.frame) == samples.frames.end())
+    if (turn.frame != kFirst &&
+        std::find(samples.frames.begin(), samples.frames.end(), turn.frame) == samples.frames.end())
       samples.frames.push_back(turn.frame);
     samples.measurement.turns.push_back(std::move(turn));
   }
@@ -188,6 +198,7 @@ const Bench::SceneFacts& Bench::sceneFactsOf(const run::RunConfig& run) {
   if (!run.path.empty()) print.add(printOfFile(run.path));
   facts.fingerprint = print.text();
   facts.frames = stage.frames();
+  facts.pathFrames = stage.path().count();
   for (std::size_t i = 0; i < stage.scene().objects.size(); ++i)
     if (stage.scene().objects[i].reflector > 0)
       facts.reflectors[static_cast<int>(i + 1)] = stage.scene().objects[i].name;
@@ -215,6 +226,10 @@ Setting Bench::prepare(const Point& point) {
 
 const std::vector<int>& Bench::frames(const Setting& setting) {
   return sceneFactsOf(setting.run).frames;
+}
+
+int Bench::pathFrames(const Setting& setting) {
+  return sceneFactsOf(setting.run).pathFrames;
 }
 
 const std::map<int, std::string>& Bench::reflectors(const Setting& setting) {
@@ -457,6 +472,7 @@ const Samples& Bench::measure(const std::vector<Setting>& settings, const std::v
     turns.mostSeconds = kMostSeconds;
     turns.growth = growthOf;
   }
+  turns.first = options_.repeats > 0 ? options_.first : FirstFrames::Never;
   turns.seed = options_.seed;
   turns.stopRequested = options_.patience.stopRequested;
   turns.outOfTime = options_.outOfTime;

@@ -35,6 +35,7 @@ struct BenchOptions {
   std::uint64_t seed = 0;
   std::string processor = run::processorName();  ///< the processor on which times are measured
   bool keepFrames = false;
+  FirstFrames first = FirstFrames::Once;
   Patience patience;
   std::function<bool()> outOfTime;  ///< then nothing begins that takes time: BudgetSpent is thrown
   std::function<void(const std::string& what, double share)> progress;
@@ -64,6 +65,8 @@ struct Samples {
 
   /// The index of a setting; nullopt if it is not among them or was not measured completely.
   std::optional<std::size_t> find(const std::string& key) const;
+  /// Whether the times of these frames need not be measured again with these options.
+  bool serve(const std::vector<int>& frames, const BenchOptions& options) const;
 };
 
 class Bench {
@@ -75,6 +78,8 @@ class Bench {
   Setting prepare(const Point& point);
   /// The frames that the setting's run requests.
   const std::vector<int>& frames(const Setting& setting);
+  /// The number of frames of the setting's camera path.
+  int pathFrames(const Setting& setting);
   /// The names of the scene's reflective objects, by id.
   const std::map<int, std::string>& reflectors(const Setting& setting);
 
@@ -131,6 +136,7 @@ class Bench {
     std::string fingerprint;
     std::string inputs;  ///< InputFiles::print()
     std::vector<int> frames;
+    int pathFrames = 1;
     std::map<int, std::string> reflectors;
   };
   const SceneFacts& sceneFactsOf(const run::RunConfig& run);
@@ -172,7 +178,8 @@ class Bench {
 /// OutputError.
 void removeStudy(const std::filesystem::path& folder);
 
-/// The text of a file of times: "round,turn,point,frame,seconds,cpu_seconds,steps".
+/// The text of a file of times: "round,turn,point,frame,seconds,cpu_seconds,steps". Frame 0 is a
+/// first frame, with all that is built before it.
 std::string samplesCsv(const Samples& samples, bool header = true);
 Samples parseSamples(const std::string& text, const std::string& name);
 

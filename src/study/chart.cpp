@@ -18,9 +18,10 @@ constexpr std::array<const char*, 8> kDark = {"#5bb4ec", "#ff8a3d", "#2fcf9f", "
 
 constexpr double kLeft = 64.0;  // pixels, for the numbers of the axis
 constexpr double kRight = 24.0;
-constexpr double kTop = 58.0;  // title and legend
+constexpr double kTop = 58.0;  // title and note
 constexpr double kBottom = 50.0;
-constexpr double kLetter = 6.1;  // mean width of a letter of 11 pixels
+constexpr double kMargin = 0.06;  // of the values' range, beside them
+constexpr double kLetter = 6.1;   // mean width of a letter of 11 pixels
 
 std::string px(double value) {
   return report::fixedText(value, 1);
@@ -38,26 +39,27 @@ std::string tickText(double value) {
 /// One axis: from values to pixels, and its ticks.
 class Scale {
  public:
-  Scale(double least, double most, bool log, bool fromZero, double pixelLow, double pixelHigh)
-      : log_(log && least > 0.0), pixelLow_(pixelLow), pixelHigh_(pixelHigh) {
+  /// `least` and `most`: of the positive values where the axis is logarithmic; `zero`: there are
+  /// others, which lie at its low end.
+  Scale(double least, double most, bool log, bool zero, double pixelLow, double pixelHigh)
+      : log_(log && least > 0.0 && least <= most), pixelLow_(pixelLow), pixelHigh_(pixelHigh) {
     if (!(least <= most)) least = 0.0, most = 1.0;
-    if (log_) {
-      low_ = std::log10(least);
-      high_ = std::log10(most);
-      const double margin = std::max(0.04, 0.06 * (high_ - low_));
-      low_ -= margin;
-      high_ += margin;
-    } else {
-      low_ = fromZero ? std::min(0.0, least) : least;
-      high_ = most;
-      if (high_ <= low_) high_ = low_ + 1.0;
-      high_ += 0.06 * (high_ - low_);
-      if (!fromZero) low_ -= 0.06 * (high_ - low_);
-    }
+    low_ = log_ ? std::log10(least) : least;
+    high_ = log_ ? std::log10(most) : most;
+    const double range = high_ - low_;
+    const double margin = range > 0.0 ? kMargin * range : log_ ? 0.1 : std::max(0.1 * most, 0.1);
+    low_ -= log_ && zero ? 3.0 * margin : margin;
+    high_ += margin;
+    if (!log_ && least >= 0.0) low_ = std::max(low_, 0.0);
     makeTicks();
+    if (log_ && zero) {
+      std::erase_if(ticks_, [&](double tick) { return std::log10(tick) < low_ + 2.0 * margin; });
+      ticks_.push_back(0.0);
+    }
   }
 
   double at(double value) const {
+    if (log_ && value <= 0.0) return pixelLow_;
     const double place = log_ ? std::log10(value) : value;
     return pixelLow_ + (place - low_) / (high_ - low_) * (pixelHigh_ - pixelLow_);
   }
@@ -98,9 +100,13 @@ class Scale {
 };
 
 struct Range {
+  bool log = false;  ///< only positive values count
+  bool zero = false;
   double least = std::numeric_limits<double>::infinity();
   double most = -std::numeric_limits<double>::infinity();
   void add(double value) {
+    zero = zero || value <= 0.0;
+    if (log && value <= 0.0) return;
     least = std::min(least, value);
     most = std::max(most, value);
   }
@@ -127,7 +133,7 @@ std::string styles() {
   };
   return "<style>text{font:11px system-ui,'DejaVu Sans',sans-serif}.title{font-size:14px;"
          "font-weight:600}.hole{stroke-width:1.6}.line{fill:none;stroke-width:1.6}.thin{fill:none;"
-         "stroke-width:1}.grid{stroke-width:1}" +
+         "stroke-width:1.1}.name{font-weight:600}.grid{stroke-width:1}" +
          scheme(kLight, "#1c1c1c", "#666", "#e6e6e6", "#fff") +
          "@media(prefers-color-scheme:dark){" +
          scheme(kDark, "#e8e8e8", "#a8a8a8", "#333", "#16181b") + "}</style>\n";
@@ -141,12 +147,13 @@ class Drawing {
         top_(top),
         width_(width),
         height_(height),
-        x_(makeScale(chart, true, kLeft, width - kRight)),
+        right_(width - rightMargin(chart)),
+        x_(makeScale(chart, true, kLeft, right_)),
         y_(makeScale(chart, false, top + height - kBottom, top + kTop)) {}
 
   std::string text() {
     frame();
-    legend();
+    bounds();
     if (chart_.showFront) front();
     for (std::size_t s = 0; s < chart_.series.size(); ++s) series(s);
     labels();
@@ -154,18 +161,35 @@ class Drawing {
   }
 
  private:
+  /// Curves that end at the chart's right have their names there.
+  static bool namesAtEnd(const Chart& chart) {
+    double most = -std::numeric_limits<double>::infinity();
+    for (const ChartSeries& series : chart.series)
+      for (const ChartPoint& point : series.points) most = std::max(most, point.x);
+    return std::ranges::all_of(chart.series, [&](const ChartSeries& series) {
+      return series.joined && (series.points.empty() || series.points.back().x == most);
+    });
+  }
+  static double rightMargin(const Chart& chart) {
+    if (!namesAtEnd(chart)) return kRight;
+    std::size_t longest = 0;
+    for (const ChartSeries& series : chart.series) longest = std::max(longest, series.name.size());
+    return kRight + kLetter * 1.1 * static_cast<double>(longest);
+  }
+
   static Scale makeScale(const Chart& chart, bool ofX, double low, double high) {
     Range range;
+    range.log = ofX ? chart.xLog : chart.yLog;
     for (const ChartSeries& series : chart.series)
       for (const ChartPoint& point : series.points) {
         range.add(ofX ? point.x : point.y);
-        if (ofX && point.xInterval) {
-          range.add(point.xInterval->low);
-          range.add(point.xInterval->high);
+        if (const auto& interval = ofX ? point.xInterval : point.yInterval) {
+          range.add(interval->low);
+          range.add(interval->high);
         }
-        if (!ofX && point.yWorst) range.add(*point.yWorst);
       }
-    return {range.least, range.most, ofX ? chart.xLog : chart.yLog, chart.fromZero, low, high};
+    if (const auto& bound = ofX ? chart.xBound : chart.yBound) range.add(*bound);
+    return {range.least, range.most, range.log, range.zero, low, high};
   }
 
   void put(double x, double y, const std::string& text, const std::string& style,
@@ -181,28 +205,34 @@ class Drawing {
   void frame() {
     const double bottom = top_ + height_ - kBottom;
     put(kLeft - 46.0, top_ + 22.0, chart_.title, "ink title");
+    put(kLeft - 46.0, top_ + 41.0, chart_.note, "soft");
     for (const double tick : y_.ticks()) {
-      line(kLeft, y_.at(tick), width_ - kRight, y_.at(tick), "grid");
+      line(kLeft, y_.at(tick), right_, y_.at(tick), "grid");
       put(kLeft - 7.0, y_.at(tick) + 4.0, tickText(tick), "soft", "end");
     }
     for (const double tick : x_.ticks()) {
       line(x_.at(tick), top_ + kTop, x_.at(tick), bottom, "grid");
       put(x_.at(tick), bottom + 16.0, tickText(tick), "soft", "middle");
     }
-    line(kLeft, bottom, width_ - kRight, bottom, "axis");
-    put(0.5 * (kLeft + width_ - kRight), bottom + 36.0, chart_.xTitle, "ink", "middle");
+    line(kLeft, bottom, right_, bottom, "axis");
+    put(0.5 * (kLeft + right_), bottom + 36.0, chart_.xTitle, "ink", "middle");
     const double middle = 0.5 * (top_ + kTop + bottom);
     out_ += "<text transform=\"translate(15 " + px(middle) + ") rotate(-90)\" class=\"ink\" " +
             "text-anchor=\"middle\">" + report::xmlText(chart_.yTitle) + "</text>\n";
   }
 
-  void legend() {
-    double x = kLeft;
-    for (std::size_t s = 0; s < chart_.series.size(); ++s) {
-      out_ += "<circle cx=\"" + px(x + 4.0) + "\" cy=\"" + px(top_ + 40.0) +
-              "\" r=\"4\" class=\"f" + std::to_string(s % kLight.size()) + "\"/>\n";
-      put(x + 13.0, top_ + 44.0, chart_.series[s].name, "ink");
-      x += 30.0 + kLetter * static_cast<double>(chart_.series[s].name.size());
+  void bounds() {
+    const std::string style = "thin front\" stroke-dasharray=\"5 4";
+    const double bottom = top_ + height_ - kBottom;
+    if (chart_.yBound) {
+      line(kLeft, y_.at(*chart_.yBound), right_, y_.at(*chart_.yBound), style);
+      takeLine(kLeft, y_.at(*chart_.yBound), right_, y_.at(*chart_.yBound));
+      put(right_ - 4.0, y_.at(*chart_.yBound) - 4.0, "bound", "soft", "end");
+    }
+    if (chart_.xBound) {
+      line(x_.at(*chart_.xBound), top_ + kTop, x_.at(*chart_.xBound), bottom, style);
+      takeLine(x_.at(*chart_.xBound), top_ + kTop, x_.at(*chart_.xBound), bottom);
+      put(x_.at(*chart_.xBound) + 4.0, top_ + kTop + 10.0, "bound", "soft");
     }
   }
 
@@ -216,15 +246,41 @@ class Drawing {
       return a->x != b->x ? a->x < b->x : a->y < b->y;
     });
     std::string path;
-    double least = std::numeric_limits<double>::infinity();
+    const ChartPoint* last = nullptr;
     for (const ChartPoint* point : points) {
-      if (point->y >= least) continue;
-      path += (path.empty() ? "M" : "H") + px(x_.at(point->x)) + (path.empty() ? " " : "V") +
-              px(y_.at(point->y));
-      least = point->y;
+      if (last != nullptr && point->y >= last->y) continue;
+      const double x = x_.at(point->x);
+      const double y = y_.at(point->y);
+      path += (path.empty() ? "M" : "H") + px(x) + (path.empty() ? " " : "V") + px(y);
+      if (last != nullptr) {
+        takeLine(x_.at(last->x), y_.at(last->y), x, y_.at(last->y));
+        takeLine(x, y_.at(last->y), x, y);
+      }
+      last = point;
     }
-    if (!path.empty())
-      out_ += "<path d=\"" + path + "\" class=\"thin front\" stroke-dasharray=\"4 3\"/>\n";
+    if (path.empty()) return;
+    out_ += "<path d=\"" + path + "\" class=\"line front\"/>\n";
+    line(right_ - 95.0, top_ + kTop - 11.0, right_ - 75.0, top_ + kTop - 11.0, "line front");
+    put(right_ - 70.0, top_ + kTop - 7.0, "Pareto front", "soft");
+  }
+
+  /// An error bar with caps; one of the coordinates is that of the point.
+  void bar(double x0, double y0, double x1, double y1, const std::string& style) {
+    line(x0, y0, x1, y1, style);
+    const double dx = x0 == x1 ? 3.0 : 0.0;
+    const double dy = 3.0 - dx;
+    line(x0 - dx, y0 - dy, x0 + dx, y0 + dy, style);
+    line(x1 - dx, y1 - dy, x1 + dx, y1 + dy, style);
+  }
+
+  /// Labels keep off a line.
+  void takeLine(double x0, double y0, double x1, double y1) {
+    const double steps = std::ceil(std::max(std::abs(x1 - x0), std::abs(y1 - y0)) / 6.0) + 1.0;
+    for (double i = 0.0; i <= steps; i += 1.0) {
+      const double x = std::lerp(x0, x1, i / steps);
+      const double y = std::lerp(y0, y1, i / steps);
+      taken_.push_back({x - 1.0, y - 1.0, x + 1.0, y + 1.0});
+    }
   }
 
   void series(std::size_t s) {
@@ -232,8 +288,13 @@ class Drawing {
     const std::string colour = std::to_string(s % kLight.size());
     if (series.joined) {
       std::string path;
-      for (const ChartPoint& point : series.points)
+      for (std::size_t i = 0; i < series.points.size(); ++i) {
+        const ChartPoint& point = series.points[i];
         path += (path.empty() ? "M" : "L") + px(x_.at(point.x)) + " " + px(y_.at(point.y));
+        if (i > 0)
+          takeLine(x_.at(series.points[i - 1].x), y_.at(series.points[i - 1].y), x_.at(point.x),
+                   y_.at(point.y));
+      }
       out_ += "<path d=\"" + path + "\" class=\"line s" + colour + "\"/>\n";
     }
     for (const ChartPoint& point : series.points) {
@@ -241,9 +302,14 @@ class Drawing {
       const double y = y_.at(point.y);
       out_ += "<g>";
       if (!point.title.empty()) out_ += "<title>" + report::xmlText(point.title) + "</title>";
-      if (point.yWorst) line(x, y, x, y_.at(*point.yWorst), "thin s" + colour);
-      if (point.xInterval)
-        line(x_.at(point.xInterval->low), y, x_.at(point.xInterval->high), y, "line s" + colour);
+      if (const auto& own = point.yInterval) {
+        bar(x, y_.at(own->low), x, y_.at(own->high), "thin s" + colour);
+        takeLine(x, y_.at(own->low), x, y_.at(own->high));
+      }
+      if (const auto& own = point.xInterval) {
+        bar(x_.at(own->low), y, x_.at(own->high), y, "thin s" + colour);
+        takeLine(x_.at(own->low), y, x_.at(own->high), y);
+      }
       const std::string look = point.mark == Mark::Front ? "f" + colour
                                : point.mark == Mark::Unclear
                                    ? "hole s" + colour + "\" stroke-dasharray=\"2 1.5"
@@ -254,39 +320,69 @@ class Drawing {
     }
   }
 
-  /// Beside the points, on the side where nothing stands; else not at all.
+  /// Puts a text beside a point where nothing stands. False: there is no such place.
+  bool putBeside(const ChartPoint& point, const std::string& text, const std::string& style,
+                 bool atEnd) {
+    const double wide = kLetter * 1.08 * static_cast<double>(text.size());
+    const double x = x_.at(point.x);
+    const double y = y_.at(point.y);
+    struct Side {
+      double x, y;
+      const char* anchor;
+    };
+    std::vector<Side> sides;
+    if (atEnd)
+      for (const double down : {4.0, -9.0, 17.0, -22.0, 30.0, -35.0, 43.0})
+        sides.push_back({x + 9.0, y + down, "start"});
+    for (const double far : {0.0, 12.0, 24.0}) {
+      sides.push_back({x + 9.0, y - 7.0 - far, "start"});
+      sides.push_back({x + 9.0, y + 15.0 + far, "start"});
+      sides.push_back({x - 9.0, y - 7.0 - far, "end"});
+      sides.push_back({x - 9.0, y + 15.0 + far, "end"});
+    }
+    for (const Side& side : sides) {
+      const double from = side.anchor[0] == 's' ? side.x : side.x - wide;
+      const Box box{from, side.y - 9.0, from + wide, side.y + 2.0};
+      if (box.x0 < kLeft || box.x1 > width_ || box.y1 > top_ + height_ - kBottom ||
+          box.y0 < top_ + kTop - 10.0 ||
+          std::ranges::any_of(taken_, [&](const Box& other) { return box.meets(other); }))
+        continue;
+      put(side.x, side.y, text, style, side.anchor);
+      taken_.push_back(box);
+      return true;
+    }
+    return false;
+  }
+
+  /// The name of each series beside its last point, or another one; then the points' labels.
   void labels() {
-    for (const ChartSeries& series : chart_.series)
-      for (const ChartPoint& point : series.points) {
-        if (point.label.empty()) continue;
-        const double wide = kLetter * static_cast<double>(point.label.size());
-        const double x = x_.at(point.x);
-        const double y = y_.at(point.y);
-        struct Side {
-          double x, y;
-          const char* anchor;
-        };
-        for (const Side& side : {Side{x + 8.0, y - 6.0, "start"}, Side{x + 8.0, y + 13.0, "start"},
-                                 Side{x - 8.0, y - 6.0, "end"}, Side{x - 8.0, y + 13.0, "end"}}) {
-          const double from = side.anchor[0] == 's' ? side.x : side.x - wide;
-          const Box box{from, side.y - 9.0, from + wide, side.y + 2.0};
-          if (box.x0 < kLeft || box.x1 > width_ || box.y1 > top_ + height_ - kBottom ||
-              box.y0 < top_ + kTop - 10.0)
-            continue;
-          if (std::any_of(taken_.begin(), taken_.end(),
-                          [&](const Box& other) { return box.meets(other); }))
-            continue;
-          put(side.x, side.y, point.label, "soft", side.anchor);
-          taken_.push_back(box);
-          break;
-        }
+    const bool atEnd = namesAtEnd(chart_);
+    double left = kLeft;
+    std::vector<const ChartPoint*> named(chart_.series.size());
+    for (std::size_t s = 0; s < chart_.series.size(); ++s) {
+      const ChartSeries& series = chart_.series[s];
+      const std::string style = "name f" + std::to_string(s % kLight.size());
+      for (auto point = series.points.rbegin(); point != series.points.rend(); ++point) {
+        const std::string text = series.name + (point->label.empty() ? "" : " ") + point->label;
+        if (!putBeside(*point, text, style, atEnd)) continue;
+        named[s] = &*point;
+        break;
       }
+      if (named[s] != nullptr || series.points.empty()) continue;
+      put(left, top_ + kTop - 4.0, series.name, style);
+      left += 14.0 + kLetter * static_cast<double>(series.name.size());
+    }
+    for (std::size_t s = 0; s < chart_.series.size(); ++s)
+      for (const ChartPoint& point : chart_.series[s].points)
+        if (!point.label.empty() && &point != named[s])
+          putBeside(point, point.label, "soft", false);
   }
 
   const Chart& chart_;
   double top_;
   double width_;
   double height_;
+  double right_;  ///< of the axes
   Scale x_;
   Scale y_;
   std::vector<Box> taken_;

@@ -13,28 +13,30 @@ namespace catoptric::study {
 struct ChartPoint {
   double x = 0.0;
   double y = 0.0;
-  std::optional<Interval> xInterval;  ///< drawn as a line through the point
-  std::optional<double> yWorst;       ///< drawn as a thin line from the point up to this value
-  Mark mark = Mark::Front;            ///< Front: filled; Dominated: hollow; Unclear: hollow, dashed
-  std::string label;                  ///< beside the point, if there is room
-  std::string title;                  ///< tooltip in a browser
+  std::optional<Interval> xInterval = {};  ///< drawn as an error bar
+  std::optional<Interval> yInterval = {};
+  Mark mark = Mark::Front;  ///< Front: filled; Dominated: hollow; Unclear: hollow, dashed
+  std::string label = {};   ///< beside the point, if there is room
+  std::string title = {};   ///< tooltip in a browser
 };
 
 struct ChartSeries {
-  std::string name;
+  std::string name;  ///< beside one of its points; where there is no room, above the chart
   std::vector<ChartPoint> points;
   bool joined = false;  ///< lines connect consecutive points
 };
 
 struct Chart {
   std::string title;
+  std::string note = {};  ///< below the title
   std::string xTitle;
   std::string yTitle;
-  bool xLog = false;
+  bool xLog = false;  ///< values of 0 lie on the axis
   bool yLog = false;
-  bool fromZero = true;    ///< linear axes start at 0
-  bool showFront = false;  ///< draws the Pareto front as a stepped line
-  std::vector<ChartSeries> series;
+  bool showFront = false;             ///< draws the Pareto front as a stepped line
+  std::optional<double> xBound = {};  ///< drawn as a dashed line
+  std::optional<double> yBound = {};
+  std::vector<ChartSeries> series = {};
 };
 
 /// A complete SVG file; `width` and `height` in pixels.

@@ -33,11 +33,16 @@ Measurement withoutFailed(Measurement measurement) {
   return measurement;
 }
 
+double secondsOf(const FrameReport& report, Clock clock) {
+  return clock == Clock::Wall ? report.seconds : report.cpuSeconds;
+}
+
 template <class Get>
-RoundTimes collect(const std::vector<Turn>& turns, std::size_t setting, const Get& get) {
+RoundTimes collect(const std::vector<Turn>& turns, std::size_t setting, bool first,
+                   const Get& get) {
   RoundTimes times;
   for (const Turn& turn : turns) {
-    if (turn.setting != setting) continue;
+    if (turn.setting != setting || (turn.frame == kFirst) != first || turn.round == 0) continue;
     times.resize(std::max(times.size(), static_cast<std::size_t>(turn.round)));
     times[static_cast<std::size_t>(turn.round - 1)].push_back(get(turn.report));
   }
@@ -46,14 +51,41 @@ RoundTimes collect(const std::vector<Turn>& turns, std::size_t setting, const Ge
 
 }  // namespace
 
-RoundTimes Measurement::times(std::size_t setting, Clock clock) const {
-  return collect(turns, setting, [&](const FrameReport& report) {
-    return clock == Clock::Wall ? report.seconds : report.cpuSeconds;
-  });
+std::string timeName(const TimeKind& kind) {
+  if (kind.of == TimeKind::Of::Mean)
+    return "mean of " + std::to_string(kind.amortize) + (kind.amortize == 1 ? " frame" : " frames");
+  return kind.of == TimeKind::Of::First ? "first frame" : "steady frame";
+}
+
+RoundTimes Measurement::times(std::size_t setting, const TimeKind& kind) const {
+  const auto get = [&](const FrameReport& report) { return secondsOf(report, kind.clock); };
+  RoundTimes steady = collect(turns, setting, false, get);
+  if (kind.of == TimeKind::Of::Steady) return steady;
+  RoundTimes first = collect(turns, setting, true, get);
+  if (kind.of == TimeKind::Of::First || first.empty() || kind.amortize == 1) return first;
+  const double frames = kind.amortize;
+  for (std::size_t round = 0; round < first.size(); ++round) {
+    const auto count = static_cast<double>(steady[round].size());
+    first[round].front() *= (count + 1.0) / frames;
+    for (const double seconds : steady[round])
+      first[round].push_back(seconds * (count + 1.0) / count * (frames - 1.0) / frames);
+  }
+  return first;
+}
+
+double Measurement::seconds(std::size_t setting, const TimeKind& kind) const {
+  if (const RoundTimes all = times(setting, kind); !all.empty()) return frameSeconds(all).mean;
+  const auto once = std::ranges::find_if(
+      turns, [&](const Turn& turn) { return turn.setting == setting && turn.frame == kFirst; });
+  if (once == turns.end()) return 0.0;
+  const double first = secondsOf(once->report, kind.clock);
+  if (kind.of == TimeKind::Of::First) return first;
+  const double steady = frameSeconds(times(setting, {kind.clock})).mean;
+  return (first + (kind.amortize - 1) * steady) / kind.amortize;
 }
 
 RoundTimes Measurement::stepTimes(std::size_t setting, const std::string& step) const {
-  return collect(turns, setting, [&](const FrameReport& report) {
+  return collect(turns, setting, false, [&](const FrameReport& report) {
     const auto found = report.steps.find(step);
     return found == report.steps.end() ? 0.0 : found->second;
   });
@@ -62,7 +94,7 @@ RoundTimes Measurement::stepTimes(std::size_t setting, const std::string& step) 
 std::vector<std::string> Measurement::steps(std::size_t setting) const {
   std::map<std::string, double> sums;
   for (const Turn& turn : turns)
-    if (turn.setting == setting)
+    if (turn.setting == setting && turn.frame != kFirst)
       for (const auto& [step, seconds] : turn.report.steps) sums[step] += seconds;
   std::vector<std::string> names;
   for (const auto& [step, seconds] : sums) names.push_back(step);
@@ -81,40 +113,57 @@ Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vecto
   const auto lasted = [&](double seconds) {
     return measured >= seconds * static_cast<double>(runners.size());
   };
+  /// One turn of a setting, unless it has failed. False: the measurement was stopped.
+  const auto take = [&](int round, int frame, std::size_t setting) {
+    if (options.stopRequested && options.stopRequested()) {
+      result.stopped = true;
+      return false;
+    }
+    if (frame != kFirst) ++done;
+    SettingResult& own = result.settings[setting];
+    if (!own.failure.empty()) return true;
+    const bool writes = round == 0 && frame != kFirst && !options.writeTo.empty();
+    try {
+      std::optional<FrameReport> report;
+      if (frame == kFirst) {
+        report = runners[setting]->first(frames.front(), options.first == FirstFrames::EachRound);
+        if (!report && options.first == FirstFrames::EachRound)
+          throw Error(ExitCode::FramesFailed,
+                      "this build of catoptric does not say what it builds before the first frame");
+      } else {
+        report = runners[setting]->render(
+            frame, writes ? options.writeTo[setting] : std::filesystem::path());
+      }
+      if (round > 0 && report) measured += report->seconds;
+      if (round == 0 && frame != kFirst)
+        own.written[frame] = std::move(*report);
+      else if (report)
+        result.turns.push_back({round, done, setting, frame, std::move(*report)});
+    } catch (const Error& error) {
+      own.failure = error.what();
+    }
+    return true;
+  };
   int rounds = options.repeats;
   const int mostRounds = kMostLonger * options.repeats;
   int expected = rounds;  // with those that will be added
   double clear = 0.0;     // rounds after which the result should be clear
   for (int round = 0; round <= rounds; ++round) {
-    for (const int frame : frames) {
+    std::vector<int> numbers = frames;
+    if (options.first == FirstFrames::EachRound ||
+        (options.first == FirstFrames::Once && round == 0))
+      numbers.insert(numbers.begin(), kFirst);
+    for (const int frame : numbers)
       for (const std::size_t setting : orderOf(runners.size(), round, frame, options.seed)) {
-        if (options.stopRequested && options.stopRequested()) {
-          result.stopped = true;
-          return result;
-        }
         if (options.outOfTime && options.outOfTime()) {
-          std::erase_if(result.turns, [&](const Turn& turn) { return turn.round == round; });
+          std::erase_if(result.turns, [&](const Turn& turn) {
+            return turn.round == round && round > 0;
+          });
           return withoutFailed(std::move(result));
         }
         if (options.progress) options.progress(done, (expected + 1) * ofRound);
-        ++done;
-        SettingResult& own = result.settings[setting];
-        if (!own.failure.empty()) continue;
-        const bool writes = round == 0 && !options.writeTo.empty();
-        try {
-          FrameReport report = runners[setting]->render(
-              frame, writes ? options.writeTo[setting] : std::filesystem::path());
-          if (round == 0) {
-            own.written[frame] = std::move(report);
-          } else {
-            measured += report.seconds;
-            result.turns.push_back({round, done, setting, frame, std::move(report)});
-          }
-        } catch (const Error& error) {
-          own.failure = error.what();
-        }
+        if (!take(round, frame, setting)) return result;
       }
-    }
     const bool isLast = round == rounds;
     const bool decides = isLast && lasted(options.leastSeconds) && !lasted(options.mostSeconds);
     const double growth = decides && options.growth ? options.growth(result) : 1.0;

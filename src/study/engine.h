@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,18 +29,26 @@ class Runner {
   virtual ~Runner() = default;
   /// Renders a frame of the path. `writeTo` empty: nothing is written. Throws Error.
   virtual FrameReport render(int frame, const std::filesystem::path& writeTo) = 0;
+  /// The time of the first frame after a new start, with all that the method builds before. It is
+  /// `frame`, or the restart frame before it. `again`: also if it is known. nullopt: cannot be
+  /// known. Throws Error.
+  virtual std::optional<FrameReport> first(int /*frame*/, bool /*again*/) { return {}; }
 };
 
 /// One timed frame.
 struct Turn {
-  int round = 0;  ///< counted from 1
+  int round = 0;  ///< counted from 1; 0: a first frame in the round that warms up
   int turn = 0;   ///< number within the whole measurement
   std::size_t setting = 0;
-  int frame = 0;
+  int frame = 0;  ///< kFirst: a first frame
   FrameReport report;
 };
+inline constexpr int kFirst = 0;
 
 struct Measurement;
+
+/// When first frames are timed.
+enum class FirstFrames { Never, Once, EachRound };
 
 struct TurnOptions {
   int repeats = 8;  ///< timed rounds; the warm-up round before them writes the requested frames
@@ -51,6 +60,7 @@ struct TurnOptions {
   /// times as many rounds the result needs.
   double mostSeconds = 0.0;
   std::function<double(const Measurement&)> growth;
+  FirstFrames first = FirstFrames::Never;
   std::uint64_t seed = 0;
   std::vector<std::filesystem::path>
       writeTo;  ///< folder for each setting; empty: nothing is written
@@ -69,14 +79,34 @@ struct SettingResult {
   std::map<int, FrameReport> written;  ///< frames of the warm-up round
 };
 
+enum class Clock { Wall, Cpu };
+
+/// The time of a setting that counts.
+struct TimeKind {
+  Clock clock = Clock::Wall;
+  enum class Of {
+    Steady,  ///< of frames that follow others
+    First,   ///< of the first frame, with all that is built before it
+    Mean     ///< of a frame at the end of `amortize` frames: one first frame, otherwise steady ones
+  } of = Of::Steady;
+  int amortize = 1;
+};
+/// "steady frame", "first frame", or "mean of 900 frames".
+std::string timeName(const TimeKind& kind);
+/// What tables say about first frames.
+inline constexpr const char* kFirstFrames =
+    "First frame: with what the method builds before it (BVH, programs, levels).";
+
 struct Measurement {
   std::vector<Turn> turns;
   std::vector<SettingResult> settings;
   bool stopped = false;
 
-  enum class Clock { Wall, Cpu };
-  /// The times of a setting, by round and frame.
-  RoundTimes times(std::size_t setting, Clock clock = Clock::Wall) const;
+  /// The times of a setting, by round and frame. For means, all columns of a row are scaled so that
+  /// their mean is the mean time. Empty if the wanted first frames were not timed in each round.
+  RoundTimes times(std::size_t setting, const TimeKind& kind = {}) const;
+  /// The mean time of a frame. First frames that were timed only once suffice. 0: not known.
+  double seconds(std::size_t setting, const TimeKind& kind) const;
   /// The times of a step of a setting, by round and frame; 0 if a frame does not have the step.
   RoundTimes stepTimes(std::size_t setting, const std::string& step) const;
   /// The names of a setting's steps, sorted by time, longest first.

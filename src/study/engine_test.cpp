@@ -51,7 +51,15 @@ class Simulated : public Runner {
     report.steps = {{"all", report.seconds}};
     return report;
   }
+  std::optional<FrameReport> first(int frame, bool again) override {
+    if (again) ++starts;
+    FrameReport report = render(frame, "");
+    report.seconds = report.cpuSeconds = builds + report.cpuSeconds;
+    return report;
+  }
   int failsAt = 0;
+  double builds = 0.0;
+  int starts = 0;
   std::vector<int> orders;
   std::set<std::string> written;
 
@@ -60,11 +68,35 @@ class Simulated : public Runner {
   double cost_;
 };
 
+/// Also builds for a second of the machine before the first frame.
+class SimulatedStarts : public Simulated {
+ public:
+  SimulatedStarts(Machine& machine, double cost)
+      : Simulated(machine, cost), own_(machine), cost_(cost) {}
+  std::optional<FrameReport> first(int, bool) override {
+    FrameReport report;
+    report.seconds = report.cpuSeconds = own_.render(cost_);
+    return report;
+  }
+
+ private:
+  Machine& own_;
+  double cost_;
+};
+
 struct Trials {
   int holding = 0;  ///< intervals that contain the truth
   int found = 0;    ///< verdicts of the right sign
   int wrong = 0;    ///< of the wrong one
   std::vector<double> off;
+
+  void add(const Ratio& ratio, double truth) {
+    if (ratio.interval->low <= truth && truth <= ratio.interval->high) ++holding;
+    const TimeVerdict verdict = verdictOf(ratio);
+    if (verdict == TimeVerdict::Slower) ++found;
+    if (verdict == TimeVerdict::Faster) ++wrong;
+    off.push_back(std::abs(ratio.value / truth - 1.0));
+  }
 };
 
 constexpr int kTrials = 400;
@@ -82,12 +114,7 @@ Trials measured(double truth) {
     TurnOptions options;
     options.seed = seed;
     const Measurement result = measureInTurns({&a, &b}, frames, options);
-    const Ratio ratio = pairedRatio(result.times(1), result.times(0));
-    if (ratio.interval->low <= truth && truth <= ratio.interval->high) ++trials.holding;
-    const TimeVerdict verdict = verdictOf(ratio);
-    if (verdict == TimeVerdict::Slower) ++trials.found;
-    if (verdict == TimeVerdict::Faster) ++trials.wrong;
-    trials.off.push_back(std::abs(ratio.value / truth - 1.0));
+    trials.add(pairedRatio(result.times(1), result.times(0)), truth);
   }
   return trials;
 }
@@ -154,6 +181,64 @@ TEST(Engine, OnlyTheRoundThatWarmsUpWrites) {
   EXPECT_EQ(a.written, std::set<std::string>{"somewhere"});
   EXPECT_EQ(result.turns.size(), 4u);
   EXPECT_EQ(result.settings[0].written.size(), 2u);
+}
+
+TEST(Engine, BuildsAreInFirstFramesAndMeansAlone) {
+  Machine machine(1);
+  Simulated a(machine, 1.0);
+  Simulated b(machine, 1.0);
+  b.builds = 1.0;
+  TurnOptions options;
+  const auto kind = [](TimeKind::Of of, int amortize) {
+    return TimeKind{Clock::Wall, of, amortize};
+  };
+  using enum TimeKind::Of;
+  options.first = FirstFrames::Once;
+  const Measurement once = measureInTurns({&a, &b}, {3, 6, 9}, options);  // of 0.1 s
+  EXPECT_EQ(a.starts + b.starts, 0);
+  EXPECT_TRUE(once.times(1, kind(First, 1)).empty());
+  EXPECT_GT(once.seconds(1, kind(First, 1)), 1.1 * 0.8);
+  EXPECT_NEAR(once.seconds(1, {}), once.seconds(0, {}), 0.02);
+  const double first = once.seconds(1, kind(First, 1));
+  EXPECT_DOUBLE_EQ(once.seconds(1, kind(Mean, 5)), (first + 4.0 * once.seconds(1, {})) / 5.0);
+
+  options.first = FirstFrames::EachRound;
+  const Measurement each = measureInTurns({&a, &b}, {3, 6, 9}, options);
+  EXPECT_EQ(b.starts, 9);
+  EXPECT_EQ(each.times(1).size(), 8u);
+  EXPECT_EQ(each.times(1).front().size(), 3u);
+  EXPECT_EQ(each.times(1, kind(First, 1)).size(), 8u);
+  EXPECT_EQ(each.times(1, kind(Mean, 5)).front().size(), 4u);
+  EXPECT_NEAR(each.seconds(1, kind(Mean, 5)),
+              (each.seconds(1, kind(First, 5)) + 4.0 * each.seconds(1, {})) / 5.0, 1e-9);
+  EXPECT_DOUBLE_EQ(each.seconds(1, kind(Mean, 1)), each.seconds(1, kind(First, 1)));
+}
+
+/// The same builds are not told apart, and those that take 20 % longer are mostly found.
+TEST(Engine, MeansWithBuildsAreAsSureAsSteadyFrames) {
+  const auto trials = [](double truth, const TimeKind& kind) {
+    Trials all;
+    for (std::uint32_t seed = 1; seed <= kTrials; ++seed) {
+      Machine machine(seed);
+      machine.phase = seed;
+      SimulatedStarts a(machine, 1.0);
+      SimulatedStarts b(machine, truth);
+      TurnOptions options;
+      options.seed = seed;
+      options.first = FirstFrames::EachRound;
+      const Measurement result = measureInTurns({&a, &b}, {10, 20, 30, 40, 50}, options);
+      all.add(pairedRatio(result.times(1, kind), result.times(0, kind)), truth);
+    }
+    return all;
+  };
+  for (const auto of : {TimeKind::Of::Mean, TimeKind::Of::First}) {
+    const TimeKind kind{Clock::Wall, of, 10};  // builds are half of the mean
+    EXPECT_GE(trials(1.0, kind).holding, kTrials * 19 / 20);
+    const Trials slower = trials(1.05, kind);
+    EXPECT_GE(slower.holding, kTrials * 19 / 20);
+    EXPECT_LE(slower.wrong, kTrials / 100);
+    EXPECT_GE(trials(1.2, kind).found, kTrials / 2);
+  }
 }
 
 TEST(Engine, RoundsOfShortFramesGoOnByTwo) {

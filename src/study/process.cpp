@@ -61,28 +61,32 @@ std::map<std::string, double> numbersOf(const config::Value& object) {
 
 WorkerProcess::WorkerProcess(const fs::path& program, const std::vector<std::string>& arguments,
                              const fs::path& log, Patience patience)
-    : program_(program), log_(log), patience_(std::move(patience)) {
+    : program_(program), arguments_(arguments), log_(log), patience_(std::move(patience)) {
+  start();
+}
+
+void WorkerProcess::start() {
   const std::array<int, 2> in = makePipe();
   const std::array<int, 2> out = makePipe();
-  std::vector<std::string> words{program.string(), "worker"};
-  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<std::string> words{program_.string(), "worker"};
+  words.insert(words.end(), arguments_.begin(), arguments_.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
 
-  fs::create_directories(log.parent_path());
+  fs::create_directories(log_.parent_path());
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, in[0], STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, log.c_str(),
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, log_.c_str(),
                                    O_WRONLY | O_CREAT | O_TRUNC, 0644);
   // A group of its own: Ctrl-C is for this program, which ends its workers by closing their input.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
   const int error =
-      ::posix_spawn(&pid_, program.c_str(), &actions, &attributes, argv.data(), environ);
+      ::posix_spawn(&pid_, program_.c_str(), &actions, &attributes, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
   ::close(in[0]);
@@ -93,7 +97,7 @@ WorkerProcess::WorkerProcess(const fs::path& program, const std::vector<std::str
     pid_ = -1;
     ::close(toWorker_);
     ::close(fromWorker_);
-    const std::string message = program.string() + ": cannot be started: " + std::strerror(error);
+    const std::string message = program_.string() + ": cannot be started: " + std::strerror(error);
     if (error == EAGAIN || error == ENOMEM) throw Error(ExitCode::OutOfMemory, message);
     throw UsageError(message);
   }
@@ -107,6 +111,12 @@ WorkerProcess::WorkerProcess(const fs::path& program, const std::vector<std::str
         startup_["start." + step] = seconds;
     startup_["start"] = ready.get("startup_seconds").asNumber();
     memoryBytes_ = static_cast<std::uint64_t>(ready.get("memory_bytes").asNumber());
+    builds_.reset();
+    if (ready.has("builds")) {
+      builds_.emplace();
+      builds_->seconds = ready.get("builds").get("seconds").asNumber();
+      builds_->cpuSeconds = ready.get("builds").get("cpu_seconds").asNumber();
+    }
   } catch (...) {
     end();
     throw;
@@ -179,7 +189,25 @@ FrameReport WorkerProcess::render(int frame, const fs::path& writeTo) {
   config::JsonText order;
   order.add("frame", frame);
   if (!writeTo.empty()) order.add("write", writeTo.string());
-  const std::string text = order.object() + "\n";
+  return ask(frame, order.object() + "\n");
+}
+
+std::optional<FrameReport> WorkerProcess::first(int frame, bool again) {
+  if (!builds_ || (first_ && !again)) return first_;
+  if (std::exchange(rendered_, false)) {
+    end();
+    start();
+  }
+  FrameReport report =
+      ask(frame, config::JsonText().add("frame", frame).add("first", true).object() + "\n");
+  report.seconds += builds_->seconds;
+  report.cpuSeconds += builds_->cpuSeconds;
+  first_ = std::move(report);
+  return first_;
+}
+
+FrameReport WorkerProcess::ask(int frame, const std::string& text) {
+  rendered_ = true;
   for (std::size_t sent = 0; sent < text.size();) {
     const ssize_t count = ::write(toWorker_, text.data() + sent, text.size() - sent);
     if (count < 0 && errno == EINTR) continue;

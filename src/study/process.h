@@ -6,6 +6,7 @@
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,8 @@ class WorkerProcess : public Runner {
   WorkerProcess& operator=(const WorkerProcess&) = delete;
 
   FrameReport render(int frame, const std::filesystem::path& writeTo) override;
+  /// nullopt if the worker is an older build, which does not say what it builds.
+  std::optional<FrameReport> first(int frame, bool again) override;
 
   const std::string& renderer() const { return renderer_; }
   const std::string& build() const { return build_; }
@@ -48,12 +51,15 @@ class WorkerProcess : public Runner {
   std::uint64_t memoryBytes() const { return memoryBytes_; }  ///< peak value so far
 
  private:
+  void start();
   void end();
+  FrameReport ask(int frame, const std::string& order);
   void waitForAnswer();
   std::string readLine();
   [[noreturn]] void failEnded();
 
   std::filesystem::path program_;
+  std::vector<std::string> arguments_;
   std::filesystem::path log_;
   Patience patience_;
   pid_t pid_ = -1;
@@ -64,6 +70,9 @@ class WorkerProcess : public Runner {
   std::string build_;
   std::string inputs_;  ///< empty: of an older build, which does not say it
   std::map<std::string, double> startup_;
+  std::optional<FrameReport> builds_;  ///< what is built before the first frame
+  std::optional<FrameReport> first_;   ///< what first() has measured last
+  bool rendered_ = false;
   std::uint64_t memoryBytes_ = 0;
 };
 

@@ -11,8 +11,7 @@
 namespace catoptric::study {
 namespace {
 
-std::string milliseconds(const RoundTimes& times) {
-  const double seconds = frameSeconds(times).mean;
+std::string milliseconds(double seconds) {
   return seconds > 0.0 ? report::fixedText(1e3 * seconds, 2) : "";
 }
 
@@ -44,13 +43,17 @@ std::string ratioMethod(const run::RunConfig& run, const std::string& ratioTo) {
   return names.front();
 }
 
-RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::string& base) {
+RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::string& base,
+                          int amortize) {
   std::vector<Setting> settings;
   for (const run::MethodConfig& method : run.methods)
     settings.push_back(bench.prepare({method.name, {}, "", ""}));
   const Samples& samples = bench.measure(settings, bench.frames(settings.front()), false);
 
   const Measurement& measurement = samples.measurement;
+  const TimeKind first{Clock::Wall, TimeKind::Of::First};
+  const TimeKind mean{Clock::Wall, TimeKind::Of::Mean,
+                      amortize > 0 ? amortize : bench.pathFrames(settings.front())};
   std::size_t rounds = 0;
   for (std::size_t i = 0; i < samples.keys.size(); ++i)
     rounds = std::max(rounds, measurement.times(i).size());
@@ -59,7 +62,7 @@ RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::st
                 " interleaved rounds; x: time divided by that of " + base +
                 ", with the 95 % confidence interval";
   table.columns = {{"step", false}};
-  std::vector<std::string> frame{"frame"};
+  std::vector<std::string> frame{"steady frame"};
   std::vector<std::string> methods;
   std::vector<std::size_t> measured;
   const auto ofBase = std::find_if(settings.begin(), settings.end(), [&](const auto& setting) {
@@ -75,13 +78,15 @@ RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::st
     measured.push_back(*i);
     table.columns.push_back({setting.point.method, true});
     table.columns.push_back({"x", false});
-    frame.push_back(milliseconds(measurement.times(*i)));
+    frame.push_back(milliseconds(measurement.seconds(*i, {})));
     const Ratio ratio =
         baseIndex ? pairedRatio(measurement.times(*i), measurement.times(*baseIndex)) : Ratio{};
     frame.push_back(baseIndex ? ratioText(ratio) : "");
     config::JsonText text;
     text.add("name", setting.point.method)
-        .add("seconds", frameSeconds(measurement.times(*i)).mean)
+        .add("seconds", measurement.seconds(*i, {}))
+        .add("first_seconds", measurement.seconds(*i, first))
+        .add("mean_seconds", measurement.seconds(*i, mean))
         .add("ratio", ratio.value);
     if (ratio.interval)
       text.raw("ratio_interval", "[" + config::numberText(ratio.interval->low) + "," +
@@ -91,21 +96,30 @@ RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::st
   for (const std::string& step : stepsOf(measurement)) {
     std::vector<std::string> row{step};
     for (const std::size_t i : measured) {
-      row.push_back(milliseconds(measurement.stepTimes(i, step)));
+      row.push_back(milliseconds(frameSeconds(measurement.stepTimes(i, step)).mean));
       row.emplace_back();
     }
     table.rows.push_back(row);
   }
   table.rows.emplace_back();
   table.rows.push_back(frame);
+  for (const TimeKind& kind : {first, mean}) {
+    std::vector<std::string> row{timeName(kind)};
+    for (const std::size_t i : measured) {
+      row.push_back(milliseconds(measurement.seconds(i, kind)));
+      row.emplace_back();
+    }
+    table.rows.push_back(row);
+  }
+  table.notes.emplace_back(kFirstFrames);
   if (bench.options().repeats < kLeastRounds)
     table.notes.push_back("Fewer than " + std::to_string(kLeastRounds) +
                           " rounds give no confidence interval.");
-  writeFileAtomically(bench.options().folder / "table.md",
-                      std::string_view(report::toMarkdown(table)));
+  report::writeTables(bench.options().folder, "table", std::span(&table, 1));
   return {report::toText(table), config::JsonText()
                                      .add("repeats", rounds)
                                      .add("ratio_to", base)
+                                     .add("amortize", mean.amortize)
                                      .raw("methods", "[" + joined(methods, ",") + "]")
                                      .object()};
 }

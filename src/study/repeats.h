@@ -17,7 +17,8 @@ struct RepeatedTimes {
 };
 
 /// Times all methods of the run, interleaved. The times and the table are stored in the bench's
-/// folder.
-RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::string& base);
+/// folder. `amortize`: as TimeKind::amortize; 0: the frames of the path.
+RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::string& base,
+                          int amortize);
 
 }  // namespace catoptric::study

@@ -53,9 +53,9 @@ double mean(const std::vector<double>& values) {
 }
 
 const std::vector<std::string>& functions() {
-  static const std::vector<std::string> names{"ms",     "worst_ms", "step",  "ratio",    "error",
-                                              "worst",  "mean",     "most",  "percent",  "per",
-                                              "spread", "median",   "first", "error_of", "slope"};
+  static const std::vector<std::string> names{
+      "ms",   "worst_ms", "first_ms", "mean_ms", "step",   "ratio", "error",    "worst", "mean",
+      "most", "percent",  "per",      "spread",  "median", "first", "error_of", "slope"};
   return names;
 }
 
@@ -184,7 +184,8 @@ double SuiteData::number(const Value& cell) const {
   if (call.name.empty())
     cell.fail(
         cell.dump() +
-        " is not a value; allowed: ms(R), worst_ms(R), step(R, NAME), ratio(R, R), error(R, "
+        " is not a value; allowed: ms(R), worst_ms(R), first_ms(R), mean_ms(R), step(R, NAME), "
+        "ratio(R, R), error(R, "
         "MEASURE), worst(R, MEASURE), mean(R, COUNTER), most(R, COUNTER), per(R, COUNTER, "
         "COUNTER), percent(R, COUNTER, COUNTER), error_of(R, OBJECT), slope(FIGURE, SERIES), and "
         "over the frames median(F, R, ...), first(F, R, ...), spread(F, R, ...) (mean / most) of F "
@@ -202,7 +203,7 @@ double SuiteData::number(const Value& cell) const {
                            joined(std::span(call.arguments).subspan(1), ", ") + ")"),
         cell.place().text()));
   }
-  const std::size_t arguments = call.name == "ms" || call.name == "worst_ms"   ? 1
+  const std::size_t arguments = call.name.ends_with("ms")                      ? 1
                                 : call.name == "percent" || call.name == "per" ? 3
                                                                                : 2;
   if (call.arguments.size() != arguments)
@@ -228,8 +229,14 @@ double SuiteData::number(const Value& cell) const {
   if (one.samples == nullptr) return NAN;
   const Measurement& measurement = one.samples->measurement;
   if (call.name == "ms") return 1e3 * frameSeconds(measurement.times(one.index)).mean;
+  if (call.name == "first_ms" || call.name == "mean_ms") {
+    const auto of = call.name == "first_ms" ? TimeKind::Of::First : TimeKind::Of::Mean;
+    const double seconds = measurement.seconds(one.index, {Clock::Wall, of, one.amortize});
+    return seconds > 0.0 ? 1e3 * seconds : NAN;
+  }
   if (call.name == "worst_ms") return 1e3 * frameSeconds(measurement.times(one.index)).worst;
   if (call.name == "step") return 1e3 * mean(stepSeconds(one, call.arguments[1]));
+  requireTurns(call.arguments[0], call.arguments[1], cell);
   const Entry& base = entry(call.arguments[1], cell);
   if (base.samples == nullptr) return NAN;
   return ratioOf(one, base).value;
@@ -252,6 +259,7 @@ std::vector<double> SuiteData::valuesOf(const std::vector<std::string>& argument
       return steps.empty() ? frameSeconds(of.samples->measurement.times(of.index)).frames
                            : stepSeconds(of, steps);
     };
+    if (kind == "ratio") requireTurns(arguments[1], arguments[2], cell);
     const Entry& base = kind == "ratio" ? entry(arguments[2], cell) : one;
     if (one.samples == nullptr || base.samples == nullptr) return {};
     std::vector<double> values = seconds(one, kind == "step" ? arguments[2] : "");
@@ -356,6 +364,14 @@ double SuiteData::errorOf(const Entry& one, const std::string& object, const Val
   return sum / (3.0 * pixels);
 }
 
+/// Times of two runs are not measured in turns.
+void SuiteData::requireTurns(const std::string& one, const std::string& other, const Value& cell) {
+  if (one.substr(0, one.find('.')) != other.substr(0, other.find('.')))
+    cell.fail(one + " and " + other +
+              " are not measured in turns; a ratio needs two methods of "
+              "one run");
+}
+
 /// Measured beside each other, or both beside the run's first setting.
 Ratio SuiteData::ratioOf(const Entry& one, const Entry& other) {
   const auto against = [](const Entry& entry, const std::string& key) {
@@ -364,13 +380,7 @@ Ratio SuiteData::ratioOf(const Entry& one, const Entry& other) {
                        measurement.times(*entry.samples->find(key)));
   };
   if (one.samples->find(other.setting.key)) return against(one, other.setting.key);
-  if (one.base == other.base && one.samples->find(one.base) && other.samples->find(one.base))
-    return quotient(against(one, one.base), against(other, one.base));
-  return {frameSeconds(one.samples->measurement.times(one.index)).mean /
-              frameSeconds(other.samples->measurement.times(other.index)).mean,
-          {},
-          0,
-          0};
+  return quotient(against(one, one.base), against(other, one.base));
 }
 
 std::string SuiteData::cell(const Value& cell) const {
@@ -395,6 +405,7 @@ std::string SuiteData::cell(const Value& cell) const {
   if (call.name == "ratio") {
     const Entry& one = entry(call.arguments.at(0), cell);
     const Entry& base = entry(call.arguments.size() > 1 ? call.arguments[1] : "", cell);
+    requireTurns(call.arguments.at(0), call.arguments.at(1), cell);
     if (one.samples != nullptr && base.samples != nullptr) return ratioText(ratioOf(one, base));
   }
   return threeDigits(number(cell));

@@ -55,6 +55,7 @@ class SuiteData {
     std::string base;  ///< key of the setting with which all settings of the run were interleaved
     PointErrors errors;
     std::vector<int> frames;
+    int amortize = 1;                            ///< frames of mean_ms()
     std::map<int, std::string> reflectors = {};  ///< names of reflective objects by id
   };
   std::map<std::string, std::map<std::string, Entry>> runs;
@@ -75,6 +76,8 @@ class SuiteData {
 
  private:
   const Entry& entry(const std::string& name, const config::Value& cell) const;
+  static void requireTurns(const std::string& one, const std::string& other,
+                           const config::Value& cell);
   static Ratio ratioOf(const Entry& one, const Entry& other);
   std::vector<double> valuesOf(const std::vector<std::string>& arguments,
                                const config::Value& cell) const;

@@ -34,8 +34,7 @@ std::size_t measureOf(const std::vector<Setting>& settings, const std::vector<st
 const Samples* samplesOf(const Bench& bench, const std::string& key, const std::string& measure,
                          const std::vector<int>& frames) {
   for (const Samples& samples : bench.samples())
-    if (samples.find(key) && samples.find(measure) && samples.frames == frames &&
-        samples.repeats >= bench.options().repeats)
+    if (samples.find(key) && samples.find(measure) && samples.serve(frames, bench.options()))
       return &samples;
   return nullptr;
 }
@@ -46,10 +45,16 @@ void addTimes(const Bench& bench, const SweepRequest& request, const std::string
   if (samples == nullptr) return;
   const std::size_t own = *samples->find(point.setting.key);
   const Measurement& measurement = samples->measurement;
-  point.ratio = pairedRatio(measurement.times(own, request.clock),
-                            measurement.times(*samples->find(measure), request.clock));
-  const FrameSeconds seconds = frameSeconds(measurement.times(own, request.clock));
-  point.seconds = seconds.mean;
+  point.ratio = pairedRatio(measurement.times(own, request.time),
+                            measurement.times(*samples->find(measure), request.time));
+  point.seconds = measurement.seconds(own, request.time);
+  const auto secondsOf = [&](TimeKind::Of of) {
+    return measurement.seconds(own, {request.time.clock, of, request.time.amortize});
+  };
+  point.first = secondsOf(TimeKind::Of::First);
+  point.mean = secondsOf(TimeKind::Of::Mean);
+  const FrameSeconds seconds = frameSeconds(measurement.times(own, {request.time.clock}));
+  point.steady = seconds.mean;
   point.worstSeconds = seconds.worst;
   if (seconds.worstFrame >= 0)
     point.worstSecondsFrame = frames[static_cast<std::size_t>(seconds.worstFrame)];
@@ -64,8 +69,8 @@ Ratio ratioOf(const Bench& bench, const SweepRequest& request, const SweepPoint&
   const Samples* samples = samplesOf(bench, a.setting.key, b.setting.key, frames);
   if (samples == nullptr) return quotient(a.ratio, b.ratio);
   const Measurement& measurement = samples->measurement;
-  return pairedRatio(measurement.times(*samples->find(a.setting.key), request.clock),
-                     measurement.times(*samples->find(b.setting.key), request.clock));
+  return pairedRatio(measurement.times(*samples->find(a.setting.key), request.time),
+                     measurement.times(*samples->find(b.setting.key), request.time));
 }
 
 bool samePixels(const PointErrors& a, const PointErrors& b, const std::vector<int>& frames) {
@@ -185,9 +190,10 @@ void runSweep(Bench& bench, const SweepRequest& request, const std::vector<Setti
 SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
                           const std::vector<Setting>& settings) {
   SweepResult result{request, {}, bench.frames(settings.front()), {}};
-  for (std::size_t i = 0; i < settings.size(); ++i)
-    result.points.push_back(
-        {settings[i], static_cast<int>(i + 1), "", {}, 0.0, 0.0, 0, {}, {}, 0.0, {}, {}, {}});
+  for (const Setting& setting : settings) {
+    result.points.emplace_back().setting = setting;
+    result.points.back().number = static_cast<int>(result.points.size());
+  }
   for (const std::vector<std::size_t>& group : groupsOf(settings)) {
     const Setting& measure = settings[measureOf(settings, group, request)];
     const std::vector<int>& frames = bench.frames(measure);
@@ -207,6 +213,10 @@ SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
         point.errors[metric] = pooled;
         const int worst = errors.worstFrame(metric, frames);
         point.worst[metric] = {worst, errors.frames.at(worst).metrics.at(metric)};
+        point.least[metric] = point.worst[metric].second;
+        for (const int frame : frames)
+          if (const auto& all = errors.frames.at(frame).metrics; all.contains(metric))
+            point.least[metric] = std::min(point.least[metric], all.at(metric));
       }
       for (const std::size_t j : group)
         if (j != i && samePixels(errors, bench.errors(settings[j]), frames))

@@ -21,7 +21,7 @@ struct SweepRequest {
   std::string against;  ///< method or folder
   std::string ratioTo;  ///< ratios refer to the first point of this method in each group; empty: to
                         ///< the first point
-  Measurement::Clock clock = Measurement::Clock::Wall;
+  TimeKind time;        ///< the time of ratios and marks
 };
 
 struct SweepPoint {
@@ -29,11 +29,15 @@ struct SweepPoint {
   int number = 0;  ///< counted from 1
   std::string failure;
   Ratio ratio;           ///< time relative to the group's reference point
-  double seconds = 0.0;  ///< mean time of a frame; 0: not measured
+  double seconds = 0.0;  ///< the request's time; 0: not measured
+  double first = 0.0;    ///< seconds of the first frame, of a steady one, of the mean; 0: not known
+  double steady = 0.0;
+  double mean = 0.0;
   double worstSeconds = 0.0;
   int worstSecondsFrame = 0;
   std::map<std::string, double> steps;   ///< seconds per frame
   std::map<std::string, double> errors;  ///< pooled, by error measure
+  std::map<std::string, double> least;   ///< of the best frame
   double uncertainty = 0.0;              ///< of the reference, in the first error measure
   std::map<std::string, std::pair<int, double>> worst;  ///< frame and error, by error measure
   Judged judged;                                        ///< Judged::by is an index into `points`

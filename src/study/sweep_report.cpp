@@ -73,6 +73,9 @@ std::string pointJson(const SweepResult& result, const SweepPoint& point) {
   if (!point.failure.empty()) return text.add("failure", point.failure).object();
   if (point.seconds > 0.0) {
     text.add("seconds", point.seconds)
+        .add("first_seconds", point.first)
+        .add("steady_seconds", point.steady)
+        .add("mean_seconds", point.mean)
         .add("worst_seconds", point.worstSeconds)
         .add("worst_seconds_frame", point.worstSecondsFrame)
         .add("ratio", point.ratio.value);
@@ -105,8 +108,9 @@ std::string howMeasured(const SweepResult& result) {
   if (rounds > 0)
     text += "Times: " + std::to_string(rounds) +
             " interleaved rounds, frame by frame, after one that warms up; a frame's time is its "
-            "median, and ms the mean over the frames. In brackets after ratios: the 95 % "
-            "confidence interval. ";
+            "median, and the steady time the mean over the frames. " +
+            kFirstFrames + " Ratios and marks: of the " + timeName(result.request.time) +
+            ". In brackets after ratios: the 95 % confidence interval. ";
   return text + "Errors: against " + result.request.against + ", over all frames together.";
 }
 
@@ -141,7 +145,11 @@ report::Table sweepTable(const SweepResult& result) {
   table.columns = {{"", true}, {"method", false}};
   for (const std::vector<std::string>& column : varied)
     table.columns.push_back({optionOf(column.front()), true});
-  table.columns.push_back({"ms", true});
+  const TimeKind& time = result.request.time;
+  table.columns.push_back({"first frame ms", true});
+  table.columns.push_back({"steady frame ms", true});
+  table.columns.push_back(
+      {timeName({time.clock, TimeKind::Of::Mean, time.amortize}) + " ms", true});
   table.columns.push_back({"ratio", false});
   for (const std::string& metric : result.request.metrics) {
     table.columns.push_back({metric, true});
@@ -153,7 +161,8 @@ report::Table sweepTable(const SweepResult& result) {
     if (!point.setting.point.program.empty()) row.back() += " of " + point.setting.point.program;
     for (const std::vector<std::string>& column : varied) row.push_back(valueIn(point, column));
     const bool timed = point.seconds > 0.0;
-    row.push_back(milliseconds(point.seconds));
+    for (const double seconds : {point.first, point.steady, point.mean})
+      row.push_back(milliseconds(seconds));
     row.push_back(timed ? ratioText(point.ratio) : "");
     for (const std::string& metric : result.request.metrics) {
       const bool known = point.errors.contains(metric);
@@ -174,7 +183,9 @@ std::string sweepCsv(const SweepResult& result) {
   const std::vector<std::string> names = variedNames(result);
   std::string text = "point,key,method,program";
   for (const std::string& name : names) text += "," + csvCell(name);
-  text += ",seconds,worst_seconds,worst_seconds_frame,ratio,ratio_low,ratio_high";
+  text +=
+      ",seconds,first_seconds,steady_seconds,mean_seconds,worst_seconds,worst_seconds_frame,ratio,"
+      "ratio_low,ratio_high";
   for (const std::string& metric : result.request.metrics)
     text += "," + metric + "," + metric + "_worst," + metric + "_worst_frame";
   text += ",standard_error,mark,by,failure\n";
@@ -184,11 +195,13 @@ std::string sweepCsv(const SweepResult& result) {
     for (const std::string& name : names) text += "," + csvCell(valueOf(point, name));
     const auto& interval = point.ratio.interval;
     if (point.seconds > 0.0)
-      text += "," + exactText(point.seconds) + "," + exactText(point.worstSeconds) + "," +
-              std::to_string(point.worstSecondsFrame) + "," + exactText(point.ratio.value) + "," +
+      text += "," + exactText(point.seconds) + "," + exactText(point.first) + "," +
+              exactText(point.steady) + "," + exactText(point.mean) + "," +
+              exactText(point.worstSeconds) + "," + std::to_string(point.worstSecondsFrame) + "," +
+              exactText(point.ratio.value) + "," +
               (interval ? exactText(interval->low) + "," + exactText(interval->high) : ",");
     else
-      text += ",,,,,,";
+      text += ",,,,,,,,,";
     for (const std::string& metric : result.request.metrics)
       text += point.errors.contains(metric) ? "," + exactText(point.errors.at(metric)) + "," +
                                                   exactText(point.worst.at(metric).second) + "," +
@@ -211,6 +224,7 @@ std::string sweepJson(const SweepResult& result, const std::string& context) {
       .add("name", result.request.name)
       .add("against", result.request.against)
       .add("metrics", result.request.metrics)
+      .add("time", timeName(result.request.time))
       .add("frames", scene::formatFrames(result.frames))
       .raw("points", "[" + joined(points, ",\n") + "]")
       .add("notes", result.notes)
@@ -227,6 +241,9 @@ bool isCurve(const SweepResult& result, const std::string& group, const std::str
   return std::ranges::count_if(values, [](const auto& one) { return one.second.size() > 1; }) == 1;
 }
 
+constexpr const char* kBars =
+    "Bars: 95 % interval of the time; errors from the best to the worst frame";
+
 std::vector<Chart> sweepCharts(const SweepResult& result) {
   const std::string& metric = result.request.metrics.front();
   std::vector<std::string> groups;
@@ -237,13 +254,11 @@ std::vector<Chart> sweepCharts(const SweepResult& result) {
   for (const std::string& group : groups) {
     Chart chart;
     chart.title = result.request.name + (group.empty() ? "" : ": " + group);
-    chart.xTitle = "ms per frame";
+    chart.note = kBars;
+    chart.xTitle = "ms, " + timeName(result.request.time);
     chart.yTitle = metric + " against " + result.request.against;
+    chart.xLog = chart.yLog = true;  // both are compared by ratios
     chart.showFront = true;
-    double least = 1e300;
-    double most = 0.0;
-    double leastError = 1e300;
-    double mostError = 0.0;
     for (const SweepPoint& point : result.points) {
       if (point.setting.point.group != group || point.seconds <= 0.0 ||
           !point.errors.contains(metric))
@@ -262,22 +277,15 @@ std::vector<Chart> sweepCharts(const SweepResult& result) {
       if (point.ratio.interval && point.ratio.value > 0.0)
         at.xInterval = Interval{at.x * point.ratio.interval->low / point.ratio.value,
                                 at.x * point.ratio.interval->high / point.ratio.value};
+      at.yInterval = Interval{point.least.at(metric), point.worst.at(metric).second};
       at.mark = point.judged.mark;
       Settings own = point.setting.point.settings;
       std::erase_if(own, [](const auto& one) { return !one.first.starts_with("methods."); });
       at.label = settingsText(own);
       at.title = std::to_string(point.number) + ": " + point.setting.text() + ": " +
                  fixedText(at.x, 1) + " ms, " + metric + " " + errorText(at.y);
-      least = std::min(least, at.x);
-      most = std::max(most, at.x);
-      leastError = std::min(leastError, at.y);
-      mostError = std::max(mostError, at.y);
       series->points.push_back(at);
     }
-    constexpr double kManyTimes =
-        6.0;  // from here on a linear axis would crowd the fast ones; ours
-    chart.xLog = most > kManyTimes * least;
-    chart.yLog = leastError > 0.0 && mostError > kManyTimes * leastError;
     if (!chart.series.empty()) charts.push_back(std::move(chart));
   }
   return charts;
@@ -291,7 +299,7 @@ std::string sweepPage(const SweepResult& result, const std::string& context) {
     page.paragraph(
         "A filled point is on the Pareto front: no other is as accurate and as fast. A hollow one "
         "is dominated. A dashed one is unclear: another is as accurate, and these rounds do not "
-        "decide which of the two is faster. The line through a point is the interval of its time.");
+        "decide which of the two is faster.");
   }
   page.table(sweepTable(result));
   page.details("Machine", context);
@@ -306,8 +314,8 @@ void writeSweep(const Bench& bench, const SweepResult& result, const std::string
   bench.writeSamples();
   write("points.csv", sweepCsv(result));
   write("sweep.json", sweepJson(result, context) + "\n");
-  write("table.md", report::toMarkdown(sweepTable(result)));
-  write("table.tex", report::toTex(sweepTable(result)));
+  const report::Table table = sweepTable(result);
+  report::writeTables(folder, "table", std::span(&table, 1));
   const std::vector<Chart> charts = sweepCharts(result);
   if (!charts.empty()) write("tradeoff.svg", toSvg(charts));
   write("report.html", sweepPage(result, context));

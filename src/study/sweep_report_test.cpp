@@ -13,7 +13,7 @@ namespace {
 std::vector<std::string> variedColumns(const SweepResult& result) {
   std::vector<std::string> titles;
   const report::Table table = sweepTable(result);
-  for (std::size_t i = 2; table.columns[i].title != "ms"; ++i)
+  for (std::size_t i = 2; table.columns[i].title != "first frame ms"; ++i)
     titles.push_back(table.columns[i].title);
   return titles;
 }

@@ -30,8 +30,8 @@ struct Reflector {
 class ReflectorTuning {
  public:
   ReflectorTuning(Bench& bench, const std::vector<std::string>& methods, const Bound& bound,
-                  Measurement::Clock clock)
-      : bench_(bench), bound_(bound), clock_(clock) {
+                  const TimeKind& time)
+      : bench_(bench), bound_(bound), time_(time) {
     for (const std::string& method : methods)
       singles_.push_back(bench.prepare({method, {}, "", ""}));
     frames_ = bench.frames(singles_.front());
@@ -78,7 +78,7 @@ class ReflectorTuning {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t m = 0; m < singles_.size(); ++m) {
       seconds_.push_back(
-          frameSeconds(samples.measurement.times(*samples.find(singles_[m].key), clock_)).mean);
+          frameSeconds(samples.measurement.times(*samples.find(singles_[m].key), time_)).mean);
       if (seconds_.back() >= least) continue;
       least = seconds_.back();
       base_ = m;
@@ -166,8 +166,8 @@ class ReflectorTuning {
         double& cost = marginal_[trials[i].reflector][trials[i].method];
         cost = std::numeric_limits<double>::infinity();
         if (!own || !base) continue;  // this method cannot do that reflector
-        const Ratio ratio = pairedRatio(samples.measurement.times(*own, clock_),
-                                        samples.measurement.times(*base, clock_));
+        const Ratio ratio = pairedRatio(samples.measurement.times(*own, time_),
+                                        samples.measurement.times(*base, time_));
         cost = seconds_[base_] * (ratio.value - 1.0);
       }
     }
@@ -261,8 +261,8 @@ class ReflectorTuning {
     if (single && singles_[*single].key != mixture->key) {
       const Samples& samples = bench_.measure({singles_[*single], *mixture}, timed_, false);
       const Ratio ratio =
-          pairedRatio(samples.measurement.times(*samples.find(mixture->key), clock_),
-                      samples.measurement.times(*samples.find(singles_[*single].key), clock_));
+          pairedRatio(samples.measurement.times(*samples.find(mixture->key), time_),
+                      samples.measurement.times(*samples.find(singles_[*single].key), time_));
       const std::string name = singles_[*single].point.method;
       result.text += " It takes " + ratioText(ratio) + " times as long as " + name +
                      ", the fastest single method that satisfies it (" +
@@ -280,7 +280,7 @@ class ReflectorTuning {
 
   Bench& bench_;
   Bound bound_;
-  Measurement::Clock clock_;
+  TimeKind time_;
   std::vector<Setting> singles_;
   std::vector<double> seconds_;  ///< by single method
   std::size_t base_ = 0;         ///< the fastest
@@ -293,14 +293,14 @@ class ReflectorTuning {
 }  // namespace
 
 MixtureResult tuneReflectors(Bench& bench, const std::vector<std::string>& methods,
-                             const Bound& bound, Measurement::Clock clock) {
+                             const Bound& bound, const TimeKind& time) {
   if (bound.kind != Bound::Kind::Error || bound.metric != kMetric || bound.everyFrame)
     throw UsageError(
         "--per-reflector needs a bound on the mean error, as in --max-error 'L1_8bit<=2', because "
         "only a mean error can be divided among reflectors");
   if (methods.size() < 2)
     throw UsageError("--per-reflector needs two methods or more; give them by --method");
-  return ReflectorTuning(bench, methods, bound, clock).run();
+  return ReflectorTuning(bench, methods, bound, time).run();
 }
 
 }  // namespace catoptric::study

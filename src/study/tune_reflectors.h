@@ -21,6 +21,6 @@ struct MixtureResult {
 /// frames, and times it together with the best single method. Needs the layer `id`. Throws
 /// UsageError unless the bound is on the mean of L1_8bit.
 MixtureResult tuneReflectors(Bench& bench, const std::vector<std::string>& methods,
-                             const Bound& bound, Measurement::Clock clock);
+                             const Bound& bound, const TimeKind& time);
 
 }  // namespace catoptric::study

@@ -1,6 +1,8 @@
 #include "study/tune_settings.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 
 #include "config/json_text.h"
 #include "core/error.h"
@@ -105,13 +107,12 @@ class BenchWorld : public TuneWorld {
         const auto at = samples.find(setting.key);
         if (!at) continue;
         RoundTimes& all = times[setting.key];
-        for (std::vector<double>& round : samples.measurement.times(*at, times_.clock))
+        for (std::vector<double>& round : samples.measurement.times(*at, times_.kind))
           all.push_back(std::move(round));
       }
     };
     for (const Samples& samples : bench_.samples())
-      if (measurements > 0 && samples.frames == frames &&
-          samples.repeats >= bench_.options().repeats &&
+      if (measurements > 0 && samples.serve(frames, bench_.options()) &&
           std::ranges::all_of(batch, [&](const Setting& setting) {
             return samples.find(setting.key).has_value();
           })) {
@@ -209,15 +210,55 @@ TuneResult tuneSettings(Bench& bench, const std::vector<Setting>& settings, cons
 }
 
 report::Table trialTable(const TuneResult& result, const std::vector<Setting>& settings,
-                         const std::string& metric) {
+                         const std::string& metric, const TimeKind& time) {
   report::Table table;
-  table.columns = {{"stage", false}, {"setting", false}, {"frames", true},
-                   {metric, true},   {"ms", true},       {"", false}};
+  table.columns = {{"stage", false},
+                   {"setting", false},
+                   {"frames", true},
+                   {metric, true},
+                   {"ms, " + timeName(time), true},
+                   {"", false}};
   for (const Trial& trial : result.trials)
     table.rows.push_back({trial.stage, settings[trial.candidate].text(),
                           std::to_string(trial.frames), report::fixedText(trial.error, 3),
                           report::fixedText(1e3 * trial.seconds, 1), trial.verdict});
   return table;
+}
+
+Chart trialChart(const TuneResult& result, const std::vector<Setting>& settings, const Bound& bound,
+                 const TimeKind& time) {
+  Chart chart;
+  chart.title = "Tuned for " + bound.text;
+  chart.note =
+      "Filled: the result. Each with its last time, and the error on the frames of that trial";
+  chart.xTitle = "ms, " + timeName(time);
+  chart.yTitle = bound.metric;
+  chart.xLog = chart.yLog = true;
+  if (bound.kind == Bound::Kind::Error) chart.yBound = bound.limit;
+  if (bound.kind == Bound::Kind::Time && bound.timeOf.empty()) chart.xBound = 1e3 * bound.limit;
+  std::map<std::size_t, const Trial*> last;
+  for (const Trial& trial : result.trials)  // times of proposals are predicted
+    if (trial.stage != "propose" && std::isfinite(trial.error) && std::isfinite(trial.seconds))
+      last[trial.candidate] = &trial;
+  std::map<std::string, ChartSeries> series;
+  for (const auto& [candidate, trial] : last) {
+    const Point& setting = settings[candidate].point;
+    ChartPoint point;
+    point.x = 1e3 * trial->seconds;
+    point.y = trial->error;
+    point.mark = result.best == candidate ? Mark::Front : Mark::Dominated;
+    point.label = settingsText(setting.settings);
+    point.title = settings[candidate].text() + ": " + report::fixedText(point.x, 1) + " ms, " +
+                  bound.metric + " " + report::fixedText(point.y, 3);
+    series[setting.method].name = setting.method;
+    series[setting.method].points.push_back(point);
+  }
+  for (auto& [method, one] : series) {
+    std::ranges::stable_partition(
+        one.points, [](const ChartPoint& point) { return point.mark != Mark::Front; });
+    chart.series.push_back(std::move(one));
+  }
+  return chart;
 }
 
 void writeTrials(const Bench& bench, const TuneResult& result,

@@ -6,13 +6,14 @@
 
 #include "report/table.h"
 #include "study/bench.h"
+#include "study/chart.h"
 #include "study/tune.h"
 
 namespace catoptric::study {
 
 /// How times are measured for time bounds.
 struct TuneTimes {
-  Measurement::Clock clock = Measurement::Clock::Wall;
+  TimeKind kind;
   std::optional<Setting> timeOf;  ///< the method whose time is the unit of the bound
 };
 
@@ -26,7 +27,11 @@ std::string tuneForecast(const std::vector<Setting>& settings, const std::vector
 
 /// A table with one row per tried setting.
 report::Table trialTable(const TuneResult& result, const std::vector<Setting>& settings,
-                         const std::string& metric);
+                         const std::string& metric, const TimeKind& time);
+
+/// Time and error of all settings that were timed, with the bound.
+Chart trialChart(const TuneResult& result, const std::vector<Setting>& settings, const Bound& bound,
+                 const TimeKind& time);
 
 /// Writes trials.jsonl and samples.csv to the bench's folder.
 void writeTrials(const Bench& bench, const TuneResult& result,

@@ -15,6 +15,7 @@
 #include "core/file.h"
 #include "core/hash.h"
 #include "image/image.h"
+#include "methods/contract/keeps.h"
 #include "run/folder/machine.h"
 #include "run/folder/memory.h"
 #include "run/sequence/session.h"
@@ -82,7 +83,12 @@ class Frames {
   }
 
   std::string ready() {
+    stage_.buildGeometry();  // the scene's, with its light: no method's
+    const std::int64_t start = nowNs();
+    const double cpuStart = cpuSeconds();
     const std::vector<frame::StepSample> samples = source_.prepare();
+    config::JsonText builds;
+    builds.add("cpu_seconds", cpuSeconds() - cpuStart).add("seconds", secondsSince(start));
     double startup = 0.0;
     for (const frame::StepSample& sample : samples) startup += sample.seconds;
     std::string renderer = "CPU";
@@ -95,13 +101,19 @@ class Frames {
         .add("inputs", stage_.inputs().print())
         .add("startup_seconds", startup)
         .raw("startup", stepsJson(samples))
+        .raw("builds", builds.object())
         .add("memory_bytes", peakMemoryBytes())
         .object();
   }
 
-  std::string render(int number, const fs::path& writeTo) {
-    const std::size_t task = taskOf(number);
-    if (!tasks_[task].restarts && last_ != task - 1) warmUp(task);
+  std::string render(int number, bool first, const fs::path& writeTo) {
+    std::size_t task = taskOf(number);
+    if (first)
+      while (!tasks_[task].restarts) --task;
+    else if (last_ != task - 1 && !tasks_[task].restarts)
+      warmUp(task);
+    else if (writeTo.empty())
+      renderNeighbour(task);
 
     const std::int64_t start = nowNs();
     const double cpuStart = cpuSeconds();
@@ -149,12 +161,27 @@ class Frames {
 
   run::RenderedFrame renderTask(std::size_t task, bool kept) {
     // Whoever goes back to an earlier frame, or to the same one, must not re-use what stands still.
-    const bool continues = last_ && *last_ + 1 == task;
+    const bool continues = (last_ && *last_ + 1 == task) || neighbour_;
     last_.reset();  // until it is made
+    neighbour_ = false;
     run::RenderedFrame frame =
         source_.render({tasks_[task].frame, !continues, tasks_[task].restarts, kept});
     last_ = task;
     return frame;
+  }
+
+  /// The time of a frame is that of one in a sequence: renders the frame before it, where anything
+  /// is kept from one to the next. Before the path's first frame that is the second one.
+  void renderNeighbour(std::size_t task) {
+    const scene::PathFrame& frame = tasks_[task].frame;
+    if (last_ && tasks_[*last_].frame.number == frame.number - 1) return;
+    const int number = frame.number > 1 ? frame.number - 1 : 2;
+    if (number > stage_.path().count()) return;
+    const scene::PathFrame before = stage_.path().frame(number);
+    if (methods::keepsOf(*made_.front()).empty() && !(before.camera == frame.camera)) return;
+    last_.reset();
+    source_.render({before, true, true, false});
+    neighbour_ = true;
   }
 
   /// Brings a method with a history to the state before `task`.
@@ -167,11 +194,12 @@ class Frames {
   std::vector<std::unique_ptr<methods::Method>> made_;
   run::Plan plan_;
   run::MethodSource source_;
-  const run::Stage& stage_;
+  run::Stage& stage_;
   std::set<int> frames_;
   std::vector<run::FrameTask> tasks_;
   run::Encoder encode_;
   std::optional<std::size_t> last_;  ///< task whose state the method has
+  bool neighbour_ = false;           ///< renderNeighbour() has rendered the frame beside the next
 };
 
 }  // namespace
@@ -185,7 +213,8 @@ void serveFrames(run::Stage& stage, const std::function<bool(std::string&)>& nex
     try {
       const config::Value order = config::parseText(line, "order");
       const fs::path writeTo = order.has("write") ? order.get("write").asString() : "";
-      answer(frames.render(static_cast<int>(order.get("frame").asInteger()), writeTo));
+      const bool first = order.has("first");
+      answer(frames.render(static_cast<int>(order.get("frame").asInteger()), first, writeTo));
     } catch (const std::exception& error) {
       answer(config::JsonText().add("failed", error.what()).object());
     }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/options.h"
+#include "methods/contract/keeps.h"
 #include "methods/contract/method.h"
 #include "methods/contract/restarts.h"
 #include "methods/shared/reflective_samples.h"
@@ -40,7 +41,7 @@ const TableInfo& historiesTable() {
   return table;
 }
 
-class Fading : public Method {
+class Fading : public Method, public KeepsFrames {
  public:
   explicit Fading(const Options& options) : options_(options) {}
 
@@ -55,6 +56,7 @@ class Fading : public Method {
   bool restartsAt(const scene::CameraPath& path, int number) const override {
     return onRestartGrid(number, options_.restartEvery) || cutsBefore(path, number);
   }
+  std::string keeps() const override { return "the last frame"; }
 
   void prepare(Services&, const RunSettings& settings) override { settings_ = settings; }
 

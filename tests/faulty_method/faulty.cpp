@@ -1,5 +1,6 @@
-// The method reference with faults that are put in on purpose: what tests/nightly_history.py gives
-// to the nights that it simulates. It is in a program of the tests alone (tests/CMakeLists.txt).
+// The method reference with faults and costs that are put in on purpose: what
+// tests/nightly_history.py gives to the nights that it simulates, and tests/builds.py measures. It
+// is in a program of the tests alone (tests/CMakeLists.txt).
 #include <time.h>
 
 #include <cstdlib>
@@ -8,6 +9,7 @@
 
 #include "config/options.h"
 #include "core/srgb.h"
+#include "methods/contract/keeps.h"
 #include "methods/contract/method.h"
 #include "methods/reference/reference.h"
 
@@ -21,6 +23,9 @@ struct Options {
   int nan = 0;
   int crash = 0;
   int refused = 0;
+  int buildMs = 0;
+  int againMs = 0;
+  int frameMs = 0;
 };
 
 const config::OptionTable<Options>& optionTable() {
@@ -32,7 +37,11 @@ const config::OptionTable<Options>& optionTable() {
        field(&Options::steps, "steps", range(0, 255), "display steps by which it is lighter"),
        field(&Options::nan, "nan", range(0, 1000), "frame with a NaN; 0: none"),
        field(&Options::crash, "crash", range(0, 1000), "frame that ends the program; 0: none"),
-       field(&Options::refused, "refused", range(0, 1000), "added to the counter `refused`")});
+       field(&Options::refused, "refused", range(0, 1000), "added to the counter `refused`"),
+       field(&Options::buildMs, "build_ms", range(0, 9999), "CPU time of prepare()"),
+       field(&Options::againMs, "again_ms", range(0, 9999),
+             "CPU time of a frame that was not preceded by one beside it"),
+       field(&Options::frameMs, "frame_ms", range(0, 9999), "CPU time of every frame")});
   return table;
 }
 
@@ -41,6 +50,12 @@ double cpuSeconds() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+void spend(double seconds) {
+  const double until = cpuSeconds() + seconds;
+  while (cpuSeconds() < until) {
+  }
 }
 
 /// Makes an object lighter by some steps of the display.
@@ -54,7 +69,7 @@ void lighten(image::Image& image, int object, int steps) {
   }
 }
 
-class Faulty : public Method {
+class Faulty : public Method, public KeepsFrames {
  public:
   explicit Faulty(const Options& options)
       : options_(options),
@@ -66,17 +81,20 @@ class Faulty : public Method {
   }
   void prepare(Services& services, const RunSettings& settings) override {
     reference_->prepare(services, settings);
+    spend(1e-3 * options_.buildMs);
   }
+  std::string keeps() const override { return options_.againMs > 0 ? "what costs again_ms" : ""; }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
     const int number = input.frame.number;
     if (number == options_.crash) std::abort();
     const double start = cpuSeconds();
     reference_->render(input, services, output);
-    const double until = start + (cpuSeconds() - start) * (1.0 + options_.slower / 100.0);
+    const bool follows = !input.firstOfSequence && std::abs(number - last_) == 1;
+    last_ = number;
     services.timer.measure("trace", [&] {
-      while (cpuSeconds() < until) {
-      }
+      spend((cpuSeconds() - start) * options_.slower / 100.0 +
+            1e-3 * (options_.frameMs + (follows ? 0 : options_.againMs)));
     });
     lighten(*output.image, options_.object, options_.steps);
     if (number == options_.nan) output.image->data[0] = std::numeric_limits<float>::quiet_NaN();
@@ -85,6 +103,7 @@ class Faulty : public Method {
 
  private:
   Options options_;
+  int last_ = 0;  ///< the frame before
   std::unique_ptr<Method> reference_;
 };
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "methods/contract/keeps.h"
 #include "methods/contract/restarts.h"
 #include "methods/reprojection/border.h"
 #include "methods/reprojection/key_frame.h"
@@ -56,7 +57,7 @@ struct OutcomeCounts {
   std::uint64_t operator[](Outcome outcome) const { return of[static_cast<std::size_t>(outcome)]; }
 };
 
-class Reprojection : public Method {
+class Reprojection : public Method, public KeepsFrames {
  public:
   explicit Reprojection(const Options& options)
       : options_(options), reuse_(options), second_(options) {}
@@ -98,6 +99,7 @@ class Reprojection : public Method {
   bool restartsAt(const scene::CameraPath& path, int number) const override {
     return onRestartGrid(number, options_.restartEvery) || cutsBefore(path, number);
   }
+  std::string keeps() const override { return "a key frame"; }
 
   void prepare(Services&, const RunSettings& settings) override {
     reflection_.rays = options_.rays;

@@ -200,8 +200,8 @@ std::map<std::string, std::string> summaryOf(const Merge& merge) {
                           .add("frames", own.empty() ? "" : scene::formatFrames(own))
                           .object());
     if (part.summary.isNull()) continue;
-    for (const char* name :
-         {"config", "method", "machine", "step_kinds", "reflectors", "plan", "device"})
+    for (const char* name : {"config", "method", "machine", "step_kinds", "keeps", "path_frames",
+                             "reflectors", "plan", "device"})
       if (members.count(name) == 0 && part.summary.has(name))
         members[name] = part.summary.get(name).dump();
     const Value status = part.summary.get("status");

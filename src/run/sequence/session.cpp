@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/text.h"
+#include "methods/contract/keeps.h"
 #include "run/folder/machine.h"
 #include "run/stage/encoder.h"
 #include "run/stage/method_source.h"
@@ -140,6 +141,8 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
                         {"method", text.object()},
                         {"machine", machineJson()},
                         {"step_kinds", kinds.object()},
+                        {"keeps", config::jsonString(methods::keepsOf(*made[i]))},
+                        {"path_frames", std::to_string(stage.path().count())},
                         {"reflectors", reflectorsJson(stage.scene())},
                         {"plan", planJson(plan)}};
 

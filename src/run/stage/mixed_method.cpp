@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
 #include "core/error.h"
 #include "core/text.h"
+#include "methods/contract/keeps.h"
 #include "methods/shared/reflectors.h"
 #include "methods/shared/share.h"
 #include "run/folder/plan.h"
@@ -37,7 +39,7 @@ std::string quoted(const std::string& name) {
   return "\"" + name + "\"";
 }
 
-class MixedMethod : public methods::Method {
+class MixedMethod : public methods::Method, public methods::KeepsFrames {
  public:
   explicit MixedMethod(std::vector<Part> parts) : parts_(std::move(parts)) {}
 
@@ -103,6 +105,13 @@ class MixedMethod : public methods::Method {
   bool restartsAt(const scene::CameraPath& path, int number) const override {
     return std::ranges::all_of(
         parts_, [&](const Part& part) { return part.method->restartsAt(path, number); });
+  }
+
+  std::string keeps() const override {
+    std::set<std::string> kept;
+    for (const Part& part : parts_) kept.insert(methods::keepsOf(*part.method));
+    kept.erase("");
+    return joined(std::vector<std::string>(kept.begin(), kept.end()), " and ");
   }
 
  private:

@@ -9,6 +9,7 @@
 
 #include "gl/query.h"
 #include "gl/shader.h"
+#include "methods/contract/keeps.h"
 #include "methods/contract/method.h"
 #include "methods/shared/cube_map.h"
 #include "methods/shared/impostors/budget.h"
@@ -27,13 +28,14 @@ const TableInfo& impostorsTable();
 std::vector<StepInfo> commonSteps();
 std::vector<CounterInfo> commonCounters();
 
-class ImpostorMethod : public Method {
+class ImpostorMethod : public Method, public KeepsFrames {
  public:
   ImpostorMethod(Kind kind, Options options) : kind_(kind), options_(std::move(options)) {}
 
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override;
   void prepare(Services& services, const RunSettings& settings) override;
   void render(const FrameInput& input, Services& services, FrameOutput& output) override;
+  std::string keeps() const override { return "images of impostors"; }
 
  protected:
   /// The fragment shader of the pass, and the defines with which it is compiled.
