@@ -32,7 +32,7 @@ _catoptric() {
     layers) options="--help --out --layer --json --quiet --verbose" ;;
     sweep) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --against --repeats --workers --patience --existing --clock --progress --time --amortize --vary --link --where --metric --ratio-to --keep-frames --dry-run" ;;
     tables) options="--help --out --effort --only --format --repeats --workers --patience --amortize --text-only --into --values --pictures --check --progress --json --quiet --verbose" ;;
-    tune) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --against --repeats --workers --patience --existing --clock --progress --time --amortize --max-error --max-time --vary --per-reflector --verify --test-path --margin --budget" ;;
+    tune) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --against --repeats --workers --patience --existing --clock --progress --time --amortize --max-error --max-time --vary --per-reflector --verify --test-path --margin --budget --dry-run" ;;
     nightly) options="--help --history --effort --only --program --baseline --time-gate --repeats --clock --patience --run-only --compare-only --report-only --html --single-file --junit --reason --progress --json --quiet --verbose" ;;
     worker) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir" ;;
   esac
