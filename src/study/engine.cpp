@@ -156,9 +156,8 @@ Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vecto
     for (const int frame : numbers)
       for (const std::size_t setting : orderOf(runners.size(), round, frame, options.seed)) {
         if (options.outOfTime && options.outOfTime()) {
-          std::erase_if(result.turns, [&](const Turn& turn) {
-            return turn.round == round && round > 0;
-          });
+          std::erase_if(result.turns,
+                        [&](const Turn& turn) { return turn.round == round && round > 0; });
           return withoutFailed(std::move(result));
         }
         if (options.progress) options.progress(done, (expected + 1) * ofRound);
