@@ -54,19 +54,12 @@ def errors(folder):
 class Editor:
     def __init__(self, program, work):
         self.program, self.work = str(pathlib.Path(program).resolve()), work
-        self.base = work / "base"
-        self.base.mkdir()
-        (self.base / "cache").mkdir()
-        small_project.write(self.base, frames=8, night_frames="1-8", width=48)
+        self.base = small_project.prepared(work, frames=8, night_frames="1-8", width=48)
         self.wrong = []
         self.noticed = 0
 
-    def start(self, folder, command):
-        return subprocess.Popen([self.program, *command.split()], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                                text=True, env=dict(os.environ, CATOPTRIC_CACHE=str(folder / "cache")))
-
     def complete(self, name, folder, command):
-        process = self.start(folder, command)
+        process = small_project.start(self.program, folder, command)
         _, said = process.communicate(timeout=300)
         if process.returncode != 0:
             self.wrong.append(f"{name}: exit {process.returncode} of `{command}`: {said}")
@@ -84,7 +77,7 @@ class Editor:
         folder = self.work / f"{name}.{number}"
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(self.base, folder)
-        process = self.start(folder, command)
+        process = small_project.start(self.program, folder, command)
         self.wait_for_worker(process, folder)
         time.sleep(chance.random() * seconds)
         content = json.loads((folder / file).read_text())
@@ -115,7 +108,7 @@ class Editor:
     def compare(self, name):
         free = self.work / f"{name}.free"
         shutil.copytree(self.base, free)
-        process = self.start(free, COMMANDS[name][0])
+        process = small_project.start(self.program, free, COMMANDS[name][0])
         self.wait_for_worker(process, free)
         begin = time.monotonic()
         _, said = process.communicate(timeout=300)

@@ -81,19 +81,12 @@ RESULTS = {
 class Killer:
     def __init__(self, program, work):
         self.program, self.work = str(pathlib.Path(program).resolve()), work
-        self.base = work / "base"
-        self.base.mkdir()
-        (self.base / "cache").mkdir()
-        small_project.write(self.base, frames=8, night_frames="1-3", width=48)
+        self.base = small_project.prepared(work, frames=8, night_frames="1-3", width=48)
         self.wrong = []
         self.killed = self.tried = 0
 
-    def start(self, folder, command):
-        return subprocess.Popen([self.program, *command.split()], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                                text=True, env=dict(os.environ, CATOPTRIC_CACHE=str(folder / "cache")))
-
     def complete(self, folder, command):
-        process = self.start(folder, command)
+        process = small_project.start(self.program, folder, command)
         _, said = process.communicate(timeout=300)
         return process.returncode, said
 
@@ -119,7 +112,7 @@ class Killer:
         for number in range(KILLS):
             folder = self.work / f"{name}.{number}"
             shutil.copytree(base, folder)
-            process = self.start(folder, command)
+            process = small_project.start(self.program, folder, command)
             time.sleep(seconds * (number + chance.random()) / KILLS)
             process.kill()
             process.communicate()

@@ -7,6 +7,7 @@
 import argparse
 import json
 import pathlib
+import statistics
 import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -27,10 +28,6 @@ def render(arguments, path, out):
 def motion(arguments, run, truth):
     found = subprocess.run([arguments.program, "compare", run, truth, "--json", "-q"], check=True, capture_output=True)
     return json.loads(found.stdout)[0]["motion"]
-
-
-def mean(values):
-    return sum(values) / len(values)
 
 
 def line(cells):
@@ -56,10 +53,9 @@ def main():
         worst = max(found, key=lambda path: found[path]["frames"][str(found[path]["worst_frame"])])
         most = found[worst]
         line([method, ", ".join(f"{one['flicker']:.2f}" for one in found.values()),
-              ", ".join(f"{mean([one[name] for one in found.values()]):.2f}"
+              ", ".join(f"{statistics.fmean(one[name] for one in found.values()):.2f}"
                         for name in ("flicker_mc", "steady", "unsteady")),
-              f"{most['frames'][str(most['worst_frame'])]:.2f}: {worst} {most['worst_frame']}, around pixel "
-              f"{','.join(map(str, most['worst_pixel']))} {most['worst_tile']:.1f}"])
+              f"{most['frames'][str(most['worst_frame'])]:.2f}: {worst} {most['worst_frame']}"])
 
 
 if __name__ == "__main__":

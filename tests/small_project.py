@@ -1,5 +1,7 @@
 """A scene of two objects, a run of it, a night and a suite, whose commands take moments: what tests disturb."""
 import json
+import os
+import subprocess
 
 SCENE = {"objects": [
     {"name": "floor", "shape": "plane", "size": [4, 4], "material": {"base_color": [0.6, 0.5, 0.4]}},
@@ -27,3 +29,18 @@ def write(folder, frames, night_frames, width):
     }
     for name, content in files.items():
         (folder / f"{name}.json").write_text(json.dumps(content))
+
+
+def prepared(work, **sizes):
+    """A new folder in `work` with the files and an empty cache."""
+    folder = work / "base"
+    folder.mkdir()
+    (folder / "cache").mkdir()
+    write(folder, **sizes)
+    return folder
+
+
+def start(program, folder, command):
+    """The command in a copy of that folder, with its cache."""
+    return subprocess.Popen([program, *command.split()], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                            env=dict(os.environ, CATOPTRIC_CACHE=str(folder / "cache")))

@@ -246,8 +246,11 @@ Chart trialChart(const TuneResult& result, const std::vector<Setting>& settings,
     ChartPoint point;
     point.x = 1e3 * trial->seconds;
     point.y = trial->error;
-    point.mark = result.best == candidate ? Mark::Front : Mark::Dominated;
-    point.label = settingsText(setting.settings);
+    point.mark = Mark::Dominated;
+    if (result.best == candidate) {
+      point.mark = Mark::Front;
+      point.label = settingsText(setting.settings);
+    }
     point.title = settings[candidate].text() + ": " + report::fixedText(point.x, 1) + " ms, " +
                   bound.metric + " " + report::fixedText(point.y, 3);
     series[setting.method].name = setting.method;

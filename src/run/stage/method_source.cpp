@@ -296,10 +296,11 @@ image::Image MethodSource::readFrame(const scene::PathFrame& frame,
       layers.diffuse = raster::readRgba(gbuffer_->diffuse);
     layers.ids = std::move(sampleLayers);
     const bool motion = asksFor(settings, "motion");
+    const bool moved = motion && frame.number > 1;  // else nothing has
     std::vector<float> depth;
     std::vector<std::uint32_t> object;
-    if (motion || asksFor(settings, "Z")) depth = raster::readDepth(gbuffer_->depth);
-    if (motion || asksFor(settings, "id")) object = raster::readIds(gbuffer_->object);
+    if (moved || asksFor(settings, "Z")) depth = raster::readDepth(gbuffer_->depth);
+    if (moved || asksFor(settings, "id")) object = raster::readIds(gbuffer_->object);
     if (motion) layers.motion = motionOf(frame, depth, object);
     if (asksFor(settings, "Z")) layers.depth = std::move(depth);
     if (asksFor(settings, "id")) layers.object = std::move(object);
