@@ -183,6 +183,13 @@ std::string resultText(study::Bench& bench, const Tuned& tuned) {
          effort + ".\n";
 }
 
+study::BenchOptions tuneBench(const TuneCommand& options, const std::filesystem::path& folder,
+                              ProgressPrinter& printer) {
+  study::BenchOptions bench = benchOptions(options, folder, printer);
+  if (options.time == "steady") bench.first = study::FirstFrames::Never;  // nobody reads them
+  return bench;
+}
+
 /// tune --per-reflector, once all options are checked.
 ExitCode tuneMixture(TuneCommand options, const study::Bound& bound, ProgressPrinter& printer) {
   if (!options.vary.empty() || options.budgetMinutes > 0.0 || options.dryRun)
@@ -192,7 +199,7 @@ ExitCode tuneMixture(TuneCommand options, const study::Bound& bound, ProgressPri
   options.settings.emplace_back(R"(image.layers=["s","id"])");  // whose pixels are whose
   const study::Inputs inputs = studyInputs(options);
   const std::filesystem::path folder = studyFolder(options, inputs, methods, "reflectors");
-  study::Bench bench(inputs, benchOptions(options, folder, printer));
+  study::Bench bench(inputs, tuneBench(options, folder, printer));
   bench.setReference(against);
   const study::Setting first = bench.prepare({methods.front(), {}, "", ""});
   bench.checkReference({first});
@@ -240,7 +247,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   const std::vector<std::string> methods = studiedMethods(options, tuned.against);
   const study::Inputs inputs = studyInputs(options);
   const std::filesystem::path folder = studyFolder(options, inputs, methods, "tune");
-  study::BenchOptions benchWith = benchOptions(options, folder, printer);
+  study::BenchOptions benchWith = tuneBench(options, folder, printer);
   if (options.budgetMinutes > 0.0)
     benchWith.outOfTime = [start, seconds = 60.0 * options.budgetMinutes] {
       return secondsSince(start) > seconds;

@@ -97,10 +97,13 @@ std::string InputFiles::print() const {
 
 void noteInput(const std::filesystem::path& file, const struct stat& info,
                std::span<const std::byte> bytes) {
-  const std::scoped_lock guard(recordings().mutex);
-  if (recordings().live.empty()) return;
-  // Of a file that is read twice the first contents count: others are a change
+  {
+    const std::scoped_lock guard(recordings().mutex);
+    if (recordings().live.empty()) return;
+  }
   const InputFiles::State state = InputFiles::stateOf(info, contentOf(bytes));
+  // Of a file that is read twice the first contents count: others are a change
+  const std::scoped_lock guard(recordings().mutex);
   for (InputFiles* files : recordings().live) files->files_.emplace(file, state);
 }
 

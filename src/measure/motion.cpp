@@ -140,6 +140,7 @@ SignedError signedError(const Image& image, const Image& reference, const std::s
       if (e.truthSteps.empty()) continue;
       const float shown = image::display8(b);
       const float own = Layer{&reference, standardError.channels[c]}.at(p);
+      if (!std::isfinite(shown) || !std::isfinite(own)) continue;
       e.truthSteps[3 * p + c] =
           static_cast<std::int16_t>(std::lround(shown + own) - std::lround(shown));
     }

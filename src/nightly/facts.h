@@ -48,6 +48,15 @@ struct CaseFacts {
   std::string truth;  ///< folder of reference frames, from which errors are measured
   std::vector<Timing> timings;
   std::map<int, FrameFacts> frames;
+
+  /// Whether frame `number` is not the accepted one.
+  bool differs(int number) const {
+    const auto frame = frames.find(number);
+    return frame != frames.end() && !frame->second.file.empty();
+  }
+  bool differsNear(int number) const {
+    return differs(number - 1) || differs(number) || differs(number + 1);
+  }
 };
 
 struct Night {

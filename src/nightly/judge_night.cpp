@@ -61,10 +61,7 @@ class NightJudge {
     }
     judgeRemoved();
     judgeTimes();
-    for (Verdict& verdict : verdicts_) {
-      findBeginning(verdict);
-      if (verdict.status == kChangedScene) verdict.firstBad.clear();  // no build is at fault
-    }
+    for (Verdict& verdict : verdicts_) findBeginning(verdict);
     return std::move(verdicts_);
   }
 
@@ -232,7 +229,8 @@ class NightJudge {
       for (const auto& [number, frame] : facts.frames) {
         const auto known = references.find(number);
         std::error_code ignored;
-        if (known == references.end() || known->second.object.empty() ||
+        if (!facts.differsNear(number) || known == references.end() ||
+            known->second.object.empty() ||
             !std::filesystem::exists(truthOf(facts, number), ignored))
           continue;
         const image::Image truth = image::readImage(truthOf(facts, number));
@@ -392,11 +390,20 @@ class NightJudge {
         set(role::kAccepted);
   }
 
+  /// Since which night the case has had tonight's scene. No build is at fault.
+  void findChange(Verdict& verdict) {
+    const std::string bench = history_.result(night_.id, verdict.name).bench;
+    for (const History::Past& past :
+         history_.past(verdict.name, verdict.kind, night_.machine, night_.id))
+      if (past.bench == bench && past.verdict.status == kChangedScene) verdict.began = past.night;
+  }
+
   /// With which night a fault began: before it the last one that was good.
   void findBeginning(Verdict& verdict) {
     if (verdict.kind == "scene") verdict.began = night_.id;
     if (verdict.outcome != Outcome::Regression && verdict.outcome != Outcome::Crash) return;
     verdict.began = night_.id;
+    if (verdict.status == kChangedScene) return findChange(verdict);
     verdict.firstBad = night_.build;
     if (verdict.kind == "creep") return findCreep(verdict);
     struct Seen {

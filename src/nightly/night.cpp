@@ -107,13 +107,9 @@ void keepFrames(const History& history, CaseFacts& facts,
 
 /// The truth of frames that changed, and of their neighbours, in a folder that all nights share.
 void findTruth(const History& history, const NightCase& one, CaseFacts& facts, Lab& lab) {
-  const auto differs = [&](int number) {
-    const auto frame = facts.frames.find(number);
-    return frame != facts.frames.end() && !frame->second.file.empty();
-  };
   std::vector<int> differing;
   for (const auto& [number, frame] : facts.frames)
-    if (differs(number - 1) || differs(number) || differs(number + 1)) differing.push_back(number);
+    if (facts.differsNear(number)) differing.push_back(number);
   if (one.scene.against.empty() || differing.empty() || one.method == one.scene.against) return;
   NightCase truth = one;
   truth.method = one.scene.against;

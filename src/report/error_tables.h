@@ -16,12 +16,11 @@ Table errorView(const RunComparison& comparison);
 Table objectView(const RunComparison& comparison);
 /// Fractions of the pooled error, by class of pixels.
 Table attributionView(const RunComparison& comparison);
-/// A row per comparison. With `timings`, each row also has the mean time of its method and the
-/// ratio to the time of the method that it is compared with.
+/// A row per comparison. With `timings`, each row also has the median time of its method.
 Table errorSummary(std::span<const RunComparison> comparisons,
                    std::span<const TimingTable> timings = {});
-/// CSV: method,against,frame,region,...; regions are frame, reflective, and ids of objects. Pooled
-/// rows have the frame "all".
+/// CSV: method,against,frame,region,...; regions are frame, reflective, elsewhere, and ids of
+/// objects. Pooled rows have the frame "all".
 std::string errorCsv(std::span<const RunComparison> comparisons);
 /// CSV: method,against,frame,class,...
 std::string attributionCsv(std::span<const RunComparison> comparisons);

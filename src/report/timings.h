@@ -1,5 +1,5 @@
 // Timing tables: minimum, median, mean and maximum of each step over frames. Preparation is
-// separate from frames. Tables of several methods are compared side by side, with ratios.
+// separate from frames. Tables of several methods are side by side.
 #pragma once
 
 #include <optional>

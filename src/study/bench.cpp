@@ -28,10 +28,10 @@ std::string printOf(const std::string& text) {
 }
 
 /// What tells whether the frames of a folder are still the same: names, sizes, times of change.
-std::string folderPrint(const fs::path& folder) {
+std::string folderPrint(const report::RunData& folder) {
   Fingerprint print;
-  print.add(fs::canonical(folder).string());
-  for (const auto& [number, file] : report::readSequence(folder).frames) {
+  print.add(folder.folder.string());
+  for (const auto& [number, file] : folder.frames) {
     std::error_code ignored;
     print.add(file.string());
     print.addValue(fs::file_size(file, ignored));
@@ -239,7 +239,7 @@ const std::map<int, std::string>& Bench::reflectors(const Setting& setting) {
 void Bench::checkStop() {
   if (options_.patience.stopRequested && options_.patience.stopRequested()) throw StudyStopped();
   inputs_.requireUnchanged();
-  if (!referencePrint_.empty() && folderPrint(reference_) != referencePrint_)
+  if (referenceFolder_ && folderPrint(*referenceFolder_) != referencePrint_)
     throw InputChanged(reference_);
 }
 
@@ -250,7 +250,10 @@ void Bench::checkTime() const {
 void Bench::setReference(const std::string& methodOrFolder) {
   reference_ = methodOrFolder;
   std::error_code ignored;
-  if (fs::exists(reference_, ignored)) referencePrint_ = folderPrint(reference_);
+  if (!fs::exists(reference_, ignored)) return;
+  referenceFolder_ = report::readSequence(reference_);
+  referenceFolder_->folder = fs::canonical(reference_);
+  referencePrint_ = folderPrint(*referenceFolder_);
 }
 
 void Bench::say(const std::string& what, double share) const {
@@ -267,7 +270,7 @@ Setting Bench::referenceOf(const Setting& setting) {
 }
 
 std::string Bench::referenceKey(const Setting& setting) {
-  return referencePrint_.empty() ? referenceOf(setting).key : referencePrint_;
+  return referenceFolder_ ? referencePrint_ : referenceOf(setting).key;
 }
 
 fs::path Bench::errorsFile(const Setting& setting) {
@@ -335,7 +338,7 @@ WorkerProcess* Bench::worker(const Setting& setting, const std::vector<std::stri
 }
 
 report::RunData Bench::referenceFrames(const Setting& setting, const std::vector<int>& frames) {
-  if (!referencePrint_.empty()) return report::readSequence(reference_);
+  if (referenceFolder_) return *referenceFolder_;
   const Setting reference = referenceOf(setting);
   report::RunData data;
   data.name = reference_;

@@ -162,8 +162,9 @@ class Bench {
   bool flicker_ = false;  ///< see setMetrics()
   std::map<std::string, SceneFacts> scenes_;
   std::map<std::string, std::string> programs_;  ///< fingerprints, by path
-  InputFiles inputs_;           ///< all files that settings have read, and the programs
-  std::string referencePrint_;  ///< of a folder with frames: see folderPrint()
+  InputFiles inputs_;  ///< all files that settings have read, and the programs
+  std::optional<report::RunData> referenceFolder_;  ///< if the reference is a folder with frames
+  std::string referencePrint_;                      ///< of that folder: see folderPrint()
   std::list<std::pair<std::string, std::unique_ptr<WorkerProcess>>>
       workers_;  ///< most recently used first
   std::uint64_t workerMemory_ = 0;

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "core/error.h"
+#include "core/input_files.h"
 #include "core/random.h"
 
 namespace catoptric::study {
@@ -139,6 +140,8 @@ Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vecto
         own.written[frame] = std::move(*report);
       else if (report)
         result.turns.push_back({round, done, setting, frame, std::move(*report)});
+    } catch (const InputChanged&) {
+      throw;
     } catch (const Error& error) {
       own.failure = error.what();
     }

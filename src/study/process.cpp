@@ -94,9 +94,9 @@ void WorkerProcess::start() {
   toWorker_ = in[1];
   fromWorker_ = out[0];
   if (error != 0) {
-    pid_ = -1;
     ::close(toWorker_);
     ::close(fromWorker_);
+    pid_ = toWorker_ = fromWorker_ = -1;
     const std::string message = program_.string() + ": cannot be started: " + std::strerror(error);
     if (error == EAGAIN || error == ENOMEM) throw Error(ExitCode::OutOfMemory, message);
     throw UsageError(message);
@@ -140,7 +140,8 @@ void WorkerProcess::end() {
     if (secondsSince(start) > kGraceSeconds) ::kill(pid_, SIGKILL);
     ::poll(nullptr, 0, 2);
   }
-  pid_ = -1;
+  pid_ = toWorker_ = fromWorker_ = -1;
+  buffered_.clear();
 }
 
 void WorkerProcess::failEnded() {
@@ -195,8 +196,10 @@ FrameReport WorkerProcess::render(int frame, const fs::path& writeTo) {
 std::optional<FrameReport> WorkerProcess::first(int frame, bool again) {
   if (!builds_ || (first_ && !again)) return first_;
   if (std::exchange(rendered_, false)) {
+    const std::string inputs = inputs_;
     end();
     start();
+    requireInputs(inputs);
   }
   FrameReport report =
       ask(frame, config::JsonText().add("frame", frame).add("first", true).object() + "\n");

@@ -75,7 +75,7 @@ class Tuning {
     if (known_.empty())
       for (std::size_t i = 0; i < candidates_.size(); ++i)
         if (const double error = world_.errorSoFar(i); std::isfinite(error))
-          known_[i] = {error, INFINITY, {INFINITY, {}, 0, 0}};
+          known_[i] = untimed(error);
     for (const auto& [i, known] : known_) {
       if (!std::isfinite(known.error)) continue;
       if (nearest != nullptr &&
@@ -135,7 +135,7 @@ class Tuning {
       const auto time = times.find(i);
       if (time == times.end()) {  // it cannot be rendered, or the time is over
         if (!std::isfinite(errors[i])) continue;
-        known_[i] = {errors[i], INFINITY, {INFINITY, {}, 0, 0}};
+        known_[i] = untimed(errors[i]);
         say("screen", i, looked_.size(), errors[i], 0.0, "not timed");
         continue;
       }
@@ -381,10 +381,11 @@ class Tuning {
       errors[i] = judgedError(i, frames);
       const auto time = times.find(i);
       if (world_.outOfTime() && (time == times.end() || !std::isfinite(errors[i]))) continue;
-      known_[i] = {errors[i], INFINITY, {INFINITY, {}, 0, 0}};
+      known_[i] = untimed(errors[i]);
       if (time != times.end()) known_[i] = {errors[i], time->second.seconds, time->second.ratio};
       say("race", i, frames.size(), known_[i].error, known_[i].seconds, "measured");
     }
+    std::erase_if(last, [&](std::size_t i) { return !known_.contains(i); });  // the time was over
     std::stable_sort(last.begin(), last.end(), [&](std::size_t a, std::size_t b) {
       return byError() ? known_[a].seconds < known_[b].seconds : errors[a] < errors[b];
     });
@@ -469,6 +470,7 @@ class Tuning {
     double seconds = 0.0;
     Ratio ratio;  ///< to what a bound on time counts in
   };
+  static Known untimed(double error) { return {error, INFINITY, {INFINITY, {}, 0, 0}}; }
 
   const std::vector<Candidate>& candidates_;
   TuneWorld& world_;

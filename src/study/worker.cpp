@@ -180,7 +180,8 @@ class Frames {
     const scene::PathFrame before = stage_.path().frame(number);
     if (methods::keepsOf(*made_.front()).empty() && !(before.camera == frame.camera)) return;
     last_.reset();
-    source_.render({before, true, true, false});
+    source_.render(
+        {before, true, true, true});  // composited: a still camera's frame changes it in part
     neighbour_ = true;
   }
 

@@ -31,12 +31,12 @@ class DepthImpostors : public impostors::ImpostorMethod {
     return options().intersection == Intersection::Walk ? "walked_texels" : "segments";
   }
 
-  std::uint64_t deviceBytes() const override { return rowBytes(); }
+  std::uint64_t deviceBytes() const override { return rowBytes_; }
   std::uint64_t mapBytes() const override {
     const auto size = static_cast<std::uint64_t>(options().textureSize);
     constexpr std::uint64_t kColumns = depth_impostors::Columns::kBorder * 2;
     // As read back, and as columns along both axes
-    return sizeof(float) * (size * size + 2 * size * (size + kColumns)) + rowBytes();
+    return sizeof(float) * (size * size + 2 * size * (size + kColumns)) + rowBytes_;
   }
 
   void prepareMaps() override {
@@ -113,13 +113,12 @@ class DepthImpostors : public impostors::ImpostorMethod {
   }
 
  private:
-  /// Of one map.
-  std::uint64_t rowBytes() const {
-    if (options().intersection == Intersection::Walk) return 0;
+  static std::uint64_t rowBytesOf(const impostors::Options& options) {
+    if (options.intersection == Intersection::Walk) return 0;
     const depth_impostors::Domain last =
-        depth_impostors::makeDomains(options().domains, options().textureSize).back();
+        depth_impostors::makeDomains(options.domains, options.textureSize).back();
     return static_cast<std::uint64_t>(last.offset + last.count) *
-           static_cast<std::uint64_t>(options().points) * sizeof(depth_impostors::Point);
+           static_cast<std::uint64_t>(options.points) * sizeof(depth_impostors::Point);
   }
 
   struct Made {
@@ -136,6 +135,7 @@ class DepthImpostors : public impostors::ImpostorMethod {
                                      depth_impostors::Columns(made.texels, size, false)});
   }
 
+  const std::uint64_t rowBytes_ = rowBytesOf(options());  ///< of one map
   std::vector<depth_impostors::Domain> domains_;
   std::size_t rows_ = 0;  ///< lines of all domains
   std::vector<Made> made_;

@@ -195,6 +195,7 @@ bool TileRays::meetViews(RayBatch& rays, std::span<const int> views) {
   bool any = false;
   several_ = true;
   for (std::size_t round = 0; round < views.size(); ++round) {
+    bool left = false;
     for (std::size_t i = 0; i < rays.count; ++i) {
       next[i] = views.size();
       float best = -2.0f;
@@ -204,7 +205,9 @@ bool TileRays::meetViews(RayBatch& rays, std::span<const int> views) {
         best = facing;
         next[i] = v;
       }
+      left = left || next[i] < views.size();
     }
+    if (!left) break;
     for (std::size_t v = 0; v < views.size(); ++v) {
       bool wanted = false;
       for (std::size_t i = 0; i < rays.count; ++i) {
