@@ -257,8 +257,9 @@ Chart trialChart(const TuneResult& result, const std::vector<Setting>& settings,
     series[setting.method].points.push_back(point);
   }
   for (auto& [method, one] : series) {
-    std::ranges::stable_partition(
-        one.points, [](const ChartPoint& point) { return point.mark != Mark::Front; });
+    // Clang 14 can't compile the library's std::ranges::stable_partition
+    std::stable_partition(one.points.begin(), one.points.end(),
+                          [](const ChartPoint& point) { return point.mark != Mark::Front; });
     chart.series.push_back(std::move(one));
   }
   return chart;
