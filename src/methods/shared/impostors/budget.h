@@ -30,6 +30,10 @@ struct Cost {
 /// times as long as with tracing. `samples`: samples of the frame; `rays`: rays that tracing takes.
 double allowedTexels(std::uint64_t samples, std::uint64_t rays);
 
+/// Time of intersecting a mirror's rays with depth maps on the CPU, in excess of tracing them; at
+/// least 0. `tests`: pairs of a ray and an object with depth maps that the ray may meet.
+double testTexels(std::uint64_t tests, std::uint64_t rays);
+
 /// A reflector that a frame shows.
 struct Wish {
   int reflector = 0;        ///< index of the object
@@ -47,6 +51,7 @@ std::vector<bool> grant(std::span<const Wish> wishes, std::span<const Cost> cost
 struct Reach {
   Vec3 centre{0.0f};
   float radius = 0.0f;
+  bool depth = false;  ///< the impostor is a depth map
 };
 
 /// The samples of a frame that show reflectors, and the impostors that their rays may meet.
@@ -64,6 +69,10 @@ class Demand {
   std::uint64_t samplesOf(int object) const {
     return samplesOf_[static_cast<std::size_t>(object)].load();
   }
+  /// Pairs of a mirrored ray and an object with depth maps that the ray may meet.
+  std::uint64_t testsOf(int object) const {
+    return testsOf_[static_cast<std::size_t>(object)].load();
+  }
   /// The part of a reflector's list that its rays may meet.
   ImpostorList listOf(int object) const;
 
@@ -77,6 +86,7 @@ class Demand {
   std::span<const Reach> reaches_;
   std::vector<std::size_t> firstOf_;  ///< by object: index of its first entry in met_
   std::vector<std::atomic<std::uint64_t>> samplesOf_;
+  std::vector<std::atomic<std::uint64_t>> testsOf_;
   std::vector<std::atomic<bool>> met_;
 };
 

@@ -41,6 +41,14 @@ TEST(Budget, ImagesOfFewRaysAreDear) {
   EXPECT_TRUE(grant(std::vector<Wish>{{0, 1'000, 0.0, {}}}, costs, kEnough).front());
 }
 
+TEST(Budget, TestsAgainstDepthMapsCostWhatExceedsTracing) {
+  const double saved = testTexels(1'000, 0) - testTexels(1'000, 100);
+  EXPECT_GT(saved, 0.0);
+  EXPECT_DOUBLE_EQ(testTexels(2'000, 100) - testTexels(1'000, 100), testTexels(1'000, 0));
+  EXPECT_DOUBLE_EQ(testTexels(100, 1'000), 0.0);
+  EXPECT_DOUBLE_EQ(saved, 2.0 * (allowedTexels(0, 200) - allowedTexels(0, 100)));
+}
+
 TEST(Budget, AFramesPixelsAskForWhatTheirRaysMayMeet) {
   // A mirror floor at y = 0 under a camera that looks along (1, -1, 0): its rays leave along (1, 1,
   // 0)
@@ -60,11 +68,11 @@ TEST(Budget, AFramesPixelsAskForWhatTheirRaysMayMeet) {
     }
   }
   // Where the mirrored rays go; behind; aside; and two of one group, of which one is met
-  const std::vector<Reach> reaches{{{3.0f, 3.0f, 0.0f}, 0.5f},
-                                   {{-3.0f, -3.0f, 0.0f}, 0.5f},
-                                   {{3.0f, 0.0f, 3.0f}, 0.5f},
-                                   {{0.0f, -2.0f, 9.0f}, 0.5f},
-                                   {{2.0f, 2.0f, 0.0f}, 0.5f}};
+  const std::vector<Reach> reaches{
+      {{3.0f, 3.0f, 0.0f}, 0.5f},       {{-3.0f, -3.0f, 0.0f}, 0.5f},
+      {{3.0f, 0.0f, 3.0f}, 0.5f},       {{0.0f, -2.0f, 9.0f}, 0.5f},
+      {{2.0f, 2.0f, 0.0f}, 0.5f},       {{2.0f, 2.0f, 0.0f}, 5.0f, true},
+      {{2.0f, 2.0f, 0.0f}, 5.0f, true}, {{-3.0f, -3.0f, 0.0f}, 0.5f, true}};
   ImpostorList list{{0, 1, 2, 3, 4}, {0, 0, 0, 2, 0}, 2};
   const std::vector<ImpostorList> lists{list, list, list};
   const std::vector<Demand::Rays> raysOf{Demand::Rays::Mirrored, Demand::Rays::None,
@@ -78,6 +86,11 @@ TEST(Budget, AFramesPixelsAskForWhatTheirRaysMayMeet) {
   EXPECT_EQ(asked.views, (std::vector<int>{0, 2, 0}));
   EXPECT_EQ(asked.diffuse, 1);
   EXPECT_EQ(demand.listOf(2).members, list.members);
+  // Two maps of one object count once, what no ray meets not at all
+  const ImpostorList mapped{{4, 5, 6, 7}, {0, 2, 0, 0}, 4};
+  const std::vector<ImpostorList> mappedLists{mapped, mapped, mapped};
+  EXPECT_EQ(Demand(copy, camera, raysOf, mappedLists, reaches).testsOf(0), 60u);
+  EXPECT_EQ(demand.testsOf(0), 0u);
 }
 
 }  // namespace

@@ -41,6 +41,15 @@ constexpr double kFrames = 32.0;
 /// Time of a test of a lobe's ray against an impostor in a shader on the CPU, as texels. Ours.
 constexpr double kTexelsPerTest = 2.0;
 
+/// How many objects of a list have depth maps.
+std::uint64_t mapped(const ImpostorList& list, std::span<const Impostor> impostors) {
+  std::uint64_t count = 0;
+  for (std::size_t m = 0; m < list.members.size();
+       m += static_cast<std::size_t>(std::max(1, list.views[m])))
+    count += impostors[static_cast<std::size_t>(list.members[m])].depth ? 1 : 0;
+  return count;
+}
+
 std::uint64_t samplesOf(const RunSettings& settings) {
   return static_cast<std::uint64_t>(settings.width * settings.samples) *
          static_cast<std::uint64_t>(settings.height * settings.samples);
@@ -105,9 +114,14 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
                              std::to_string(std::ranges::count(choice.chosen, true)) +
                              " objects for " + std::to_string(reflectors.count()) +
                              " reflective objects";
+  Cost most = all;
+  std::uint64_t tests = 0;  // by a ray
+  for (const ImpostorList& list : choice.listOf)
+    tests = std::max(tests, mapped(list, choice.impostors));
+  if (inMemory) most.texels += testTexels(tests * samples, samples);
   // Later poses may need more
   plan.trace = options_.fallback == Fallback::Traced &&
-               (again || reflectors.glossy || !all.within(mostOf(settings, true, 0)));
+               (again || reflectors.glossy || !most.within(mostOf(settings, true, 0)));
   plan.items = {
       {again ? "pass" : "precomputation", "cube_map",
        again ? "drawn again in frames in which something moved" : "drawn once: nothing moves"},
@@ -162,6 +176,12 @@ void ImpostorMethod::share(const FrameInput& input, Services& services) {
   const bool lasts = !services.scene.animated();
   Cost all;
   for (const int index : needed_) all.add(costs_[static_cast<std::size_t>(index)]);
+  if (onProcessor_) {
+    std::uint64_t tests = 0;
+    for (const int r : visible_)
+      tests = std::max(tests, mapped(shown_[static_cast<std::size_t>(r)], choice_.impostors));
+    all.texels += testTexels(tests * samplesOf(settings_), samplesOf(settings_));
+  }
   const bool slow = reflectors_.glossy && options_.fallback == Fallback::Traced &&
                     gl::Context::current().info().software;
   if (!slow && all.within(mostOf(settings_, lasts, 0))) return;
@@ -180,7 +200,7 @@ void ImpostorMethod::shareByDemand(const FrameInput& input, Services& services, 
   std::vector<Reach> reaches;
   for (const Impostor& impostor : choice_.impostors) {
     const Box3 box = boxOf(impostor);
-    reaches.push_back({box.centre(), 0.5f * box.diameter()});
+    reaches.push_back({box.centre(), 0.5f * box.diameter(), impostor.depth});
   }
   services.timer.measure("readback", [&] { raster::readBack(*services.gbuffer, false, copy_); });
   std::vector<Wish> wishes;
@@ -196,6 +216,7 @@ void ImpostorMethod::shareByDemand(const FrameInput& input, Services& services, 
       const std::uint64_t ofLobes = samples * (glossy ? shared::kLobeRays : 1);
       const int one[] = {r};
       wishes.push_back({r, ofLobes, 0.0, neededOf(one)});
+      if (!glossy && onProcessor_) wishes.back().texels = testTexels(demand.testsOf(r), samples);
       if (glossy && gl::Context::current().info().software)
         wishes.back().texels =
             kTexelsPerTest * static_cast<double>(ofLobes) *
