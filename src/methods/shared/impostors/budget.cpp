@@ -16,8 +16,6 @@ namespace {
 /// billboard. Ours, measured on llvmpipe and Embree: 0.2 us, 0.3 us and 50 ns.
 constexpr double kTexelsPerRay = 4.0;
 constexpr double kTexelsPerSample = 6.0;
-/// Time of a test of a ray against an object's depth maps on the CPU. Ours: a fit to the rooms.
-constexpr double kTexelsPerDepthTest = 3.5;
 /// Part of the time of a traced frame that images may take. Ours.
 constexpr double kShare = 0.5;
 /// A reflector's images may take so many times the time of its traced rays, if the frame has time
@@ -31,9 +29,8 @@ double allowedTexels(std::uint64_t samples, std::uint64_t rays) {
                    kTexelsPerRay * static_cast<double>(rays));
 }
 
-double testTexels(std::uint64_t tests, std::uint64_t rays) {
-  return std::max(0.0, kTexelsPerDepthTest * static_cast<double>(tests) -
-                           kTexelsPerRay * static_cast<double>(rays));
+double beyondTracing(double texels, std::uint64_t rays) {
+  return std::max(0.0, texels - kTexelsPerRay * static_cast<double>(rays));
 }
 
 std::vector<bool> grant(std::span<const Wish> wishes, std::span<const Cost> costs,

@@ -30,9 +30,8 @@ struct Cost {
 /// times as long as with tracing. `samples`: samples of the frame; `rays`: rays that tracing takes.
 double allowedTexels(std::uint64_t samples, std::uint64_t rays);
 
-/// Time of intersecting a mirror's rays with depth maps on the CPU, in excess of tracing them; at
-/// least 0. `tests`: pairs of a ray and an object with depth maps that the ray may meet.
-double testTexels(std::uint64_t tests, std::uint64_t rays);
+/// What intersecting `rays` takes in excess of tracing them, as texels; at least 0.
+double beyondTracing(double texels, std::uint64_t rays);
 
 /// A reflector that a frame shows.
 struct Wish {

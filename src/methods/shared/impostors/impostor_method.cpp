@@ -272,10 +272,15 @@ void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOu
   drawImages(services, output);
   ProcessorCounts counts;
   if (onProcessor_) counts = intersectOnProcessor(input, services);
-  if (onDevice() && !visible_.empty()) {
+  const bool mirrors = !mirror_.empty() && shows(false);
+  const bool glossy = shows(true);
+  if (mirrors || glossy) {
     services.timer.measure("intersect", [&] {
       uploadTable();
-      intersect(input, services);
+      target_.bind();
+      target_.clearColorUint(1, 0);
+      if (mirrors) pass(mirror_, input, services, false);
+      if (glossy) pass(glossy_, input, services, true);
     });
     services.timer.measure("readback", [&] { count(counts); });
   }
@@ -334,21 +339,32 @@ void ImpostorMethod::drawImages(Services& services, FrameOutput& output) {
   makeLines(services);
 }
 
-void ImpostorMethod::intersect(const FrameInput& input, Services& services) {
-  target_.bind();
-  target_.clearColorUint(1, 0);
-  if (!mirror_.empty()) pass(mirror_, input, services, raster::onMirrors());
-  if (reflectors_.glossy)
-    pass(glossy_, input, services, raster::onSamplesOf(raster::SampleClass::Glossy));
+bool ImpostorMethod::shows(bool glossy) const {
+  return std::ranges::any_of(visible_, [&](int r) { return isGlossy(r) == glossy; });
+}
+
+std::vector<raster::Rectangle> ImpostorMethod::partsOf(bool glossy, const FrameInput& input,
+                                                       const Services& services) const {
+  const int width = services.gbuffer->sampleWidth();
+  const int height = services.gbuffer->sampleHeight();
+  raster::Region shown(width, height);
+  for (const int r : visible_) {
+    if (isGlossy(r) != glossy) continue;
+    shown.add(
+        raster::shownRectangle(input.frame.camera, width, height,
+                               services.geometry.objects[static_cast<std::size_t>(r)].bounds));
+  }
+  return shown.rectangles();
 }
 
 void ImpostorMethod::pass(gl::Program& program, const FrameInput& input, Services& services,
-                          const gl::DrawState& state) {
+                          bool glossy) {
   const raster::GBuffer& gbuffer = *services.gbuffer;
   const scene::Camera& camera = input.frame.camera;
-  gl::DrawState drawn = state;
-  drawn.depth.write = false;  // it is read
-  const gl::DrawScope scope(drawn);
+  gl::DrawState state =
+      glossy ? raster::onSamplesOf(raster::SampleClass::Glossy) : raster::onMirrors();
+  state.depth.write = false;  // it is read
+  gl::DrawScope scope(state);
   program.use();
   gbuffer.normal.bind(shared::kSampleNormalsUnit);
   gbuffer.depth.bind(shared::kSampleDepthsUnit);
@@ -377,7 +393,11 @@ void ImpostorMethod::pass(gl::Program& program, const FrameInput& input, Service
     program.set("skyKept", std::exp(-trace::kSkyMetres / options_.attenuation));
   }
   if (options_.bounces > 1) program.set("secondDiffuse", options_.secondDiffuse);
-  gl::drawFullScreenTriangle();
+  // llvmpipe runs the loops of samples that are discarded, so leave out what Embree traces
+  for (const raster::Rectangle& part : partsOf(glossy, input, services)) {
+    scope.change(raster::within(part, state));
+    gl::drawFullScreenTriangle();
+  }
 }
 
 void ImpostorMethod::count(ProcessorCounts& counts) {
@@ -392,21 +412,15 @@ void ImpostorMethod::count(ProcessorCounts& counts) {
 ProcessorCounts ImpostorMethod::intersectOnProcessor(const FrameInput& input, Services& services) {
   raster::GBuffer& gbuffer = *services.gbuffer;
   const scene::Camera& camera = input.frame.camera;
-  raster::Region shown(gbuffer.sampleWidth(), gbuffer.sampleHeight());
   std::vector<std::uint8_t> mirror(isMirror_.size(), 0);
-  for (const int r : visible_) {
+  for (const int r : visible_)
     mirror[static_cast<std::size_t>(r) + 1] = isMirror_[static_cast<std::size_t>(r) + 1];
-    if (isMirror_[static_cast<std::size_t>(r) + 1] == 0) continue;
-    shown.add(
-        raster::shownRectangle(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight(),
-                               services.geometry.objects[static_cast<std::size_t>(r)].bounds));
-  }
   const MeetMap meets = [this](int layer, MapRays& rays) { return meetMap(layer, rays); };
   return processor_.run({.gbuffer = gbuffer,
                          .camera = camera,
                          .bounds = services.geometry.bounds,
                          .mirror = mirror,
-                         .parts = shown.rectangles(),
+                         .parts = partsOf(false, input, services),
                          .lines = lines_,
                          .lists = shown_,
                          .images = images_.colorsInMemory(),

@@ -94,10 +94,17 @@ class ImpostorMethod : public Method, public KeepsFrames {
   void makeLines(const Services& services);
   void uploadTable();
   void drawEnvironment(Services& services);
-  void intersect(const FrameInput& input, Services& services);
+  bool isGlossy(int reflector) const {
+    return reflectors_.classOf[static_cast<std::size_t>(reflector) + 1] ==
+           raster::SampleClass::Glossy;
+  }
+  /// Whether impostors shade glossy reflectors, or mirrors, in this frame.
+  bool shows(bool glossy) const;
+  /// The parts of the frame that may show these.
+  std::vector<raster::Rectangle> partsOf(bool glossy, const FrameInput& input,
+                                         const Services& services) const;
   ProcessorCounts intersectOnProcessor(const FrameInput& input, Services& services);
-  void pass(gl::Program& program, const FrameInput& input, Services& services,
-            const gl::DrawState& state);
+  void pass(gl::Program& program, const FrameInput& input, Services& services, bool glossy);
   void count(ProcessorCounts& counts);
   void report(const Services& services, FrameOutput& output) const;
 

@@ -38,16 +38,31 @@ void checkNames(const std::vector<std::string>& names, const scene::Scene& scene
 
 /// Frames that an image serves if nothing moves. Ours.
 constexpr double kFrames = 32.0;
-/// Time of a test of a lobe's ray against an impostor in a shader on the CPU, as texels. Ours.
-constexpr double kTexelsPerTest = 2.0;
+/// Times of tests of a ray on a CPU, as texels: against an object's depth maps in vector code, a
+/// fit to the rooms; of a lobe's ray in a shader, against a billboard and against an object's depth
+/// maps, measured in nine_spheres and cornell_box on llvmpipe. Ours.
+constexpr double kTexelsPerDepthMaps = 3.5;
+constexpr double kTexelsPerLobeBillboard = 4.0;
+constexpr double kTexelsPerLobeDepthMaps = 8.0;
 
-/// How many objects of a list have depth maps.
-std::uint64_t mapped(const ImpostorList& list, std::span<const Impostor> impostors) {
-  std::uint64_t count = 0;
+/// What a ray is tested against.
+struct Tests {
+  std::uint64_t billboards = 0;
+  std::uint64_t depthMaps = 0;  ///< objects; of an object's maps a ray rarely asks a second one
+};
+
+Tests testsOf(const ImpostorList& list, std::span<const Impostor> impostors) {
+  Tests tests;
   for (std::size_t m = 0; m < list.members.size();
        m += static_cast<std::size_t>(std::max(1, list.views[m])))
-    count += impostors[static_cast<std::size_t>(list.members[m])].depth ? 1 : 0;
-  return count;
+    ++(impostors[static_cast<std::size_t>(list.members[m])].depth ? tests.depthMaps
+                                                                  : tests.billboards);
+  return tests;
+}
+
+/// Time of intersecting mirrors' rays on the CPU. `tests`: of a ray and an object's depth maps.
+double ofMirrors(std::uint64_t tests, std::uint64_t rays) {
+  return beyondTracing(kTexelsPerDepthMaps * static_cast<double>(tests), rays);
 }
 
 std::uint64_t samplesOf(const RunSettings& settings) {
@@ -117,8 +132,8 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   Cost most = all;
   std::uint64_t tests = 0;  // by a ray
   for (const ImpostorList& list : choice.listOf)
-    tests = std::max(tests, mapped(list, choice.impostors));
-  if (inMemory) most.texels += testTexels(tests * samples, samples);
+    tests = std::max(tests, testsOf(list, choice.impostors).depthMaps);
+  if (inMemory) most.texels += ofMirrors(tests * samples, samples);
   // Later poses may need more
   plan.trace = options_.fallback == Fallback::Traced &&
                (again || reflectors.glossy || !most.within(mostOf(settings, true, 0)));
@@ -179,8 +194,9 @@ void ImpostorMethod::share(const FrameInput& input, Services& services) {
   if (onProcessor_) {
     std::uint64_t tests = 0;
     for (const int r : visible_)
-      tests = std::max(tests, mapped(shown_[static_cast<std::size_t>(r)], choice_.impostors));
-    all.texels += testTexels(tests * samplesOf(settings_), samplesOf(settings_));
+      tests = std::max(tests,
+                       testsOf(shown_[static_cast<std::size_t>(r)], choice_.impostors).depthMaps);
+    all.texels += ofMirrors(tests * samplesOf(settings_), samplesOf(settings_));
   }
   const bool slow = reflectors_.glossy && options_.fallback == Fallback::Traced &&
                     gl::Context::current().info().software;
@@ -193,9 +209,8 @@ void ImpostorMethod::shareByDemand(const FrameInput& input, Services& services, 
   std::vector<Demand::Rays> raysOf(reflects_.size(), Demand::Rays::None);
   for (const int r : visible_) {
     const auto o = static_cast<std::size_t>(r);
-    const bool mirror = reflectors_.classOf[o + 1] != raster::SampleClass::Glossy;
     // Rays that are reflected again may meet anything of a list
-    raysOf[o] = mirror && options_.bounces < 2 ? Demand::Rays::Mirrored : Demand::Rays::Any;
+    raysOf[o] = !isGlossy(r) && options_.bounces < 2 ? Demand::Rays::Mirrored : Demand::Rays::Any;
   }
   std::vector<Reach> reaches;
   for (const Impostor& impostor : choice_.impostors) {
@@ -211,16 +226,17 @@ void ImpostorMethod::shareByDemand(const FrameInput& input, Services& services, 
       const std::uint64_t samples = demand.samplesOf(r);
       shown_[static_cast<std::size_t>(r)] = demand.listOf(r);
       if (samples == 0) continue;
-      const bool glossy =
-          reflectors_.classOf[static_cast<std::size_t>(r) + 1] == raster::SampleClass::Glossy;
+      const bool glossy = isGlossy(r);
       const std::uint64_t ofLobes = samples * (glossy ? shared::kLobeRays : 1);
       const int one[] = {r};
       wishes.push_back({r, ofLobes, 0.0, neededOf(one)});
-      if (!glossy && onProcessor_) wishes.back().texels = testTexels(demand.testsOf(r), samples);
-      if (glossy && gl::Context::current().info().software)
-        wishes.back().texels =
-            kTexelsPerTest * static_cast<double>(ofLobes) *
-            static_cast<double>(shown_[static_cast<std::size_t>(r)].members.size());
+      if (!glossy && onProcessor_) wishes.back().texels = ofMirrors(demand.testsOf(r), samples);
+      if (glossy && gl::Context::current().info().software) {
+        const Tests tests = testsOf(shown_[static_cast<std::size_t>(r)], choice_.impostors);
+        const double ofOne = kTexelsPerLobeBillboard * static_cast<double>(tests.billboards) +
+                             kTexelsPerLobeDepthMaps * static_cast<double>(tests.depthMaps);
+        wishes.back().texels = beyondTracing(ofOne * static_cast<double>(ofLobes), ofLobes);
+      }
       rays += ofLobes;
     }
     const std::vector<bool> granted = grant(wishes, costs_, mostOf(settings_, lasts, rays));
