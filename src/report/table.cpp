@@ -77,13 +77,13 @@ std::string toMarkdown(const Table& table) {
     text += "\n";
   };
   std::vector<std::string> titles;
-  std::vector<std::string> rule;
+  std::string rule = "|";
   for (const Column& column : table.columns) {
     titles.push_back(column.title);
-    rule.emplace_back(column.number ? "---:" : "---");
+    rule += column.number ? "---:|" : "---|";
   }
   append(titles);
-  append(rule);
+  text += rule + "\n";
   for (const auto& row : table.rows)
     if (!row.empty()) append(row);
   for (const std::string& note : table.notes) text += "\n" + note + "\n";
