@@ -4,17 +4,40 @@
 Usage: papers_pages.py SOURCE_FOLDER PROGRAM WORK_FOLDER
 Each docs/papers/NAME.md with a docs/papers/NAME.values.json must come out as it is. Where it does not, a suite in
 configs/papers/ or the page was changed without `catoptric tables configs/papers/NAME.suite.json --effort full
---values docs/papers/NAME.values.json --into docs/papers/NAME.md`, which measures what is not known."""
+--values docs/papers/NAME.values.json --into docs/papers/NAME.md`, which measures what is not known.
+
+Each page ends with a table of the paper's claims: claim, where it is shown, verdict. Tests that it names exist in the
+file that the link leads to."""
 
 import difflib
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
 
 sys.dont_write_bytecode = True
 import work_folder  # noqa: E402
+
+
+VERDICTS = ("holds", "partly", "does not", "not shown: ")
+
+
+def faults_of_claims(page: pathlib.Path):
+    rows = page.read_text().partition("\n## The paper's claims\n")[2].partition("\n---|---|---\n")[2].splitlines()
+    if not rows:
+        yield f"{page}: there is no table of claims"
+    for row in rows:
+        cells = [cell.strip() for cell in row.split("|")]
+        if len(cells) != 3 or not cells[2].startswith(VERDICTS):
+            yield f"{page}: no claim, place and verdict: {row}"
+        elif not cells[1] and cells[2].startswith(("holds", "partly")):
+            yield f"{page}: shown nowhere: {row}"
+        for suite, test, file in re.findall(r"\[`(\w+)\.(\w+)`\]\(([^)]*)\)", row):
+            file = page.parent / file
+            if not file.is_file() or not re.search(rf"^TEST(_[FP])?\({suite}, {test}\)", file.read_text(), re.M):
+                yield f"{page}: there is no {suite}.{test} in {file}"
 
 
 def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int:
@@ -25,6 +48,7 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
     for values in kept:
         name = values.name.removesuffix(".values.json")
         page = values.with_name(name + ".md")
+        failed += faults_of_claims(page)
         again = work / page.name
         shutil.copy(page, again)
         shutil.copy(values, work)  # the program writes it
