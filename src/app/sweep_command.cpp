@@ -103,6 +103,7 @@ ExitCode sweep(const SweepOptions& given, const CommonOptions& common) {
   for (const study::Point& point : request.points) settings.push_back(bench.prepare(point));
   bench.checkReference(settings);
   request.time = timeKind(options, bench.pathFrames(settings.front()));
+  bench.setTime(request.time);
   if (options.dryRun) {
     printData(dryRunText(bench, settings));
     return ExitCode::Done;

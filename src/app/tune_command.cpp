@@ -204,6 +204,7 @@ ExitCode tuneMixture(TuneCommand options, const study::Bound& bound, ProgressPri
   const study::Setting first = bench.prepare({methods.front(), {}, "", ""});
   bench.checkReference({first});
   const study::TimeKind time = timeKind(options, bench.pathFrames(first));
+  bench.setTime(time);
   openStudyFolder(bench, options.existing, "reflectors");
   catchStopSignals(false);
   study::MixtureResult result;
@@ -260,6 +261,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   bench.checkReference(tuned.settings);
   tuneOptions.frames = bench.frames(tuned.settings.front());
   tuned.time = times.kind = timeKind(options, bench.pathFrames(tuned.settings.front()));
+  bench.setTime(tuned.time);
   if (!tuned.bound.timeOf.empty()) times.timeOf = bench.prepare({tuned.bound.timeOf, {}, "", ""});
   if (options.dryRun) {
     printData(study::tuneForecast(tuned.settings, tuneOptions.frames, options.repeats));

@@ -77,30 +77,10 @@ std::vector<std::string> cellsOf(const std::string& line, char separator) {
 /// How long each setting is timed at least where rounds are enough to tell; ours. Of frames of 13
 /// ms 8 rounds are over in a second, which another program can fill.
 constexpr double kLeastSeconds = 4.0;
-/// How long at most where intervals are wide, and how wide they may be (high / low - 1); ours.
-/// Beside a program that comes and goes a setting that was 5 % slower was found 15 times of 20 in 4
-/// seconds: intervals were 5.5 % wide (tests/same_twice.py --load).
+/// How long at most where growthOf() asks for more; ours. Beside a program that comes and goes a
+/// setting that was 5 % slower was found 15 times of 20 in 4 seconds: intervals were 5.5 % wide
+/// (tests/same_twice.py --load).
 constexpr double kMostSeconds = 12.0;
-constexpr double kWide = 0.04;
-
-/// How many times as many rounds tell all settings that can be rendered from the first one, by
-/// their wall times: an interval's width falls with the root of the rounds.
-double growthOf(const Measurement& measurement) {
-  std::optional<RoundTimes> base;
-  double growth = 0.0;
-  for (std::size_t i = 0; i < measurement.settings.size(); ++i) {
-    if (!measurement.settings[i].failure.empty()) continue;
-    const RoundTimes times = measurement.times(i);
-    if (!base) {
-      base = times;
-      continue;
-    }
-    const Ratio ratio = pairedRatio(times, *base);
-    const double wide = ratio.interval ? ratio.interval->high / ratio.interval->low - 1.0 : 1.0;
-    growth = std::max(growth, wide * wide / (kWide * kWide));
-  }
-  return growth;
-}
 
 constexpr const char* kSamplesHeader = "round,turn,point,frame,seconds,cpu_seconds,steps";
 
@@ -473,7 +453,7 @@ const Samples& Bench::measure(const std::vector<Setting>& settings, const std::v
   turns.leastSeconds = options_.repeats >= kLeastRounds ? kLeastSeconds : 0.0;
   if (options_.repeats >= kLeastRounds) {
     turns.mostSeconds = kMostSeconds;
-    turns.growth = growthOf;
+    turns.growth = [this](const Measurement& so) { return growthOf(so, time_); };
   }
   turns.first = options_.repeats > 0 ? options_.first : FirstFrames::Never;
   turns.seed = options_.seed;

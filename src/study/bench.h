@@ -92,6 +92,8 @@ class Bench {
   /// Declares the error measures that will be asked for. With kFlicker among them, the errors of a
   /// frame also need the frame before it, which is rendered too.
   void setMetrics(const std::vector<std::string>& metrics);
+  /// Sets the time whose ratios further rounds make clear.
+  void setTime(const TimeKind& time) { time_ = time; }
   bool knowsErrors(const Setting& setting, const std::vector<int>& frames) {
     return missingErrors(setting, frames).empty();
   }
@@ -160,6 +162,7 @@ class Bench {
   BenchOptions options_;
   std::string reference_;
   bool flicker_ = false;  ///< see setMetrics()
+  TimeKind time_;
   std::map<std::string, SceneFacts> scenes_;
   std::map<std::string, std::string> programs_;  ///< fingerprints, by path
   InputFiles inputs_;  ///< all files that settings have read, and the programs

@@ -27,6 +27,9 @@ std::vector<std::size_t> orderOf(std::size_t settings, int round, int frame, std
   return order;
 }
 
+/// How wide the interval of a clear ratio may be (high / low - 1); ours.
+constexpr double kWide = 0.04;
+
 Measurement withoutFailed(Measurement measurement) {
   std::erase_if(measurement.turns, [&](const Turn& turn) {
     return !measurement.settings[turn.setting].failure.empty();
@@ -102,6 +105,23 @@ std::vector<std::string> Measurement::steps(std::size_t setting) const {
   std::stable_sort(names.begin(), names.end(),
                    [&](const auto& a, const auto& b) { return sums[a] > sums[b]; });
   return names;
+}
+
+double growthOf(const Measurement& measurement, const TimeKind& kind) {
+  std::optional<RoundTimes> base;
+  double growth = 0.0;
+  for (std::size_t i = 0; i < measurement.settings.size(); ++i) {
+    if (!measurement.settings[i].failure.empty()) continue;
+    const RoundTimes times = measurement.times(i, kind);
+    if (!base) {
+      base = times;
+      continue;
+    }
+    const Ratio ratio = pairedRatio(times, *base);
+    const double wide = ratio.interval ? ratio.interval->high / ratio.interval->low - 1.0 : 1.0;
+    growth = std::max(growth, wide * wide / (kWide * kWide));
+  }
+  return growth;
 }
 
 Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vector<int>& frames,

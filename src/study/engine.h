@@ -113,6 +113,11 @@ struct Measurement {
   std::vector<std::string> steps(std::size_t setting) const;
 };
 
+/// How many times as many rounds make the ratios of all settings to the first one clear, for times
+/// of this kind: an interval's width falls with the root of the rounds. Failed settings do not
+/// count.
+double growthOf(const Measurement& measurement, const TimeKind& kind);
+
 /// Renders `frames` with all runners. Each runner has one turn per frame. The seed determines the
 /// order of the runners, which is reversed in the next round. A runner that throws gets no further
 /// turns.

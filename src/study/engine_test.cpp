@@ -286,6 +286,31 @@ TEST(Engine, RoundsGoOnUntilTheyAreEnough) {
   EXPECT_EQ(rounds(0.0, 40), 8u);
 }
 
+TEST(Engine, RoundsAreEnoughForTheTimeThatCounts) {
+  // Of two settings first frames differ from round to round, or wall-clock times, or nothing
+  const auto growth = [](double first, double wall, const TimeKind& kind) {
+    Measurement so;
+    so.settings.resize(2);
+    for (int round = 1; round <= 12; ++round)
+      for (const std::size_t setting : {0, 1})
+        for (const int frame : {kFirst, 1}) {
+          const double noise = setting == 0 ? 0.0 : std::sin(7.0 * round);
+          FrameReport report;
+          report.cpuSeconds = 1.0 + (frame == kFirst ? first * noise : 0.0);
+          report.seconds = report.cpuSeconds + wall * noise;
+          so.turns.push_back({round, 0, setting, frame, report});
+        }
+    return growthOf(so, kind);
+  };
+  using enum TimeKind::Of;
+  EXPECT_LE(growth(0.2, 0.0, {Clock::Wall, Steady}), 1.0);
+  EXPECT_GT(growth(0.2, 0.0, {Clock::Wall, First}), 1.0);
+  EXPECT_GT(growth(0.2, 0.0, {Clock::Wall, Mean, 2}), 1.0);
+  EXPECT_LE(growth(0.2, 0.0, {Clock::Wall, Mean, 900}), 1.0);
+  EXPECT_GT(growth(0.0, 0.2, {Clock::Wall, Steady}), 1.0);
+  EXPECT_LE(growth(0.0, 0.2, {Clock::Cpu, Steady}), 1.0);
+}
+
 TEST(Engine, OneThatFailsLeavesTheOthers) {
   Machine machine(1);
   Simulated a(machine, 1.0);
