@@ -98,9 +98,12 @@ std::string apartNote(const RunData& run, const std::set<int>& frames) {
          "than those of the whole path.";
 }
 
-constexpr const char* kMeaning =
-    "First frame: with what the method builds before it (BVH, programs, levels). Steady frame: "
-    "every other.";
+/// What the rows of first and steady frames are.
+std::string meaning(bool anySteady) {
+  return std::string(
+             "First frame: with what the method builds before it (BVH, programs, levels).") +
+         (anySteady ? " Steady frame: every other." : "");
+}
 
 std::string framesText(int frames) {
   return "mean of " + std::to_string(frames) + (frames == 1 ? " frame" : " frames");
@@ -205,7 +208,7 @@ Table timingView(const TimingTable& timings) {
       if (s->count > 0) row(*s, false, false);
     if (timings.mean)
       table.rows.push_back({framesText(timings.amortize), "wall", "", "", "", ms(*timings.mean)});
-    table.notes.emplace_back(kMeaning);
+    table.notes.push_back(meaning(timings.steady.count > 0));
     if (!timings.note.empty()) table.notes.push_back(timings.note);
   }
   if (!timings.overlapped.empty()) {
@@ -263,7 +266,8 @@ Table timingComparison(std::span<const TimingTable> methods) {
   const auto addRow = [&](const std::string& name, const auto& textOf) {
     std::vector<std::string> cells{name};
     for (const TimingTable& method : methods) cells.push_back(textOf(method));
-    table.rows.push_back(cells);
+    if (std::any_of(cells.begin() + 1, cells.end(), [](const auto& cell) { return !cell.empty(); }))
+      table.rows.push_back(cells);
   };
   addGroup(&TimingTable::steps, false);
   table.rows.emplace_back();
@@ -281,7 +285,9 @@ Table timingComparison(std::span<const TimingTable> methods) {
         "Last rows: before the first frame, summed over the processes that made the run.");
   else
     table.rows.pop_back();
-  table.notes.push_back(kMeaning + std::string(" These rows are means."));
+  const bool anySteady =
+      std::ranges::any_of(methods, [](const auto& method) { return method.steady.count > 0; });
+  table.notes.push_back(meaning(anySteady) + " These rows are means.");
   for (const TimingTable& method : methods)
     if (!method.note.empty()) table.notes.push_back(method.note);
   if (someFramesOnly)

@@ -137,6 +137,21 @@ TEST(Timings, MethodsSideBySide) {
   EXPECT_THAT(toMarkdown(table), HasSubstr("| step | environment_map | traced |\n|---|---:|---:|"));
 }
 
+TEST(Timings, OneFrameHasNoRowsWithoutTimes) {
+  RunData run;
+  run.name = "traced";
+  run.samples = {{0, "bvh", 0.2, "wall", false}, {1, "trace", 0.006, "wall", true}};
+  run.pathFrames = 10;
+  const std::vector<TimingTable> one{timingTable(run)};
+  for (const std::string& text :
+       {toText(timingView(one[0])), toText(timingComparison(one)), toTex(timingComparison(one)),
+        toCsv(timingComparison(one)), toJson(timingComparison(one)), timingCsv(one),
+        timingJson(one)}) {
+    EXPECT_THAT(text, HasSubstr("first"));
+    EXPECT_THAT(text, testing::Not(testing::AnyOf(HasSubstr("teady"), HasSubstr("mean of")))) << text;
+  }
+}
+
 TEST(Timings, FramesApartAreSaidToBe) {
   RunData run = fourFrames();
   run.keeps = "images";

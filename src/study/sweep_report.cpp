@@ -146,11 +146,14 @@ report::Table sweepTable(const SweepResult& result) {
   for (const std::vector<std::string>& column : varied)
     table.columns.push_back({optionOf(column.front()), true});
   const TimeKind& time = result.request.time;
-  table.columns.push_back({"first frame ms", true});
-  table.columns.push_back({"steady frame ms", true});
-  table.columns.push_back(
-      {timeName({time.clock, TimeKind::Of::Mean, time.amortize}) + " ms", true});
-  table.columns.push_back({"ratio", false});
+  const bool anyTimed =
+      std::ranges::any_of(result.points, [](const auto& point) { return point.seconds > 0.0; });
+  if (anyTimed) {
+    const std::string mean = timeName({time.clock, TimeKind::Of::Mean, time.amortize});
+    for (const std::string& name : {std::string("first frame"), std::string("steady frame"), mean})
+      table.columns.push_back({name + " ms", true});
+    table.columns.push_back({"ratio", false});
+  }
   for (const std::string& metric : result.request.metrics) {
     table.columns.push_back({metric, true});
     table.columns.push_back({"worst (frame)", true});
@@ -160,10 +163,11 @@ report::Table sweepTable(const SweepResult& result) {
     std::vector<std::string> row{std::to_string(point.number), point.setting.point.method};
     if (!point.setting.point.program.empty()) row.back() += " of " + point.setting.point.program;
     for (const std::vector<std::string>& column : varied) row.push_back(valueIn(point, column));
-    const bool timed = point.seconds > 0.0;
-    for (const double seconds : {point.first, point.steady, point.mean})
-      row.push_back(milliseconds(seconds));
-    row.push_back(timed ? ratioText(point.ratio) : "");
+    if (anyTimed) {
+      for (const double seconds : {point.first, point.steady, point.mean})
+        row.push_back(milliseconds(seconds));
+      row.push_back(point.seconds > 0.0 ? ratioText(point.ratio) : "");
+    }
     for (const std::string& metric : result.request.metrics) {
       const bool known = point.errors.contains(metric);
       row.push_back(known ? errorText(point.errors.at(metric)) : "");

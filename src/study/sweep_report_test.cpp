@@ -22,6 +22,7 @@ SweepPoint pointOf(const std::string& method, const Settings& settings) {
   SweepPoint point;
   point.setting.point.method = method;
   point.setting.point.settings = settings;
+  point.seconds = 0.1;
   return point;
 }
 
@@ -35,6 +36,15 @@ TEST(SweepTable, TheSameOptionOfSeveralMethodsHasOneColumn) {
   EXPECT_EQ(table.rows[0][3], "64");
   EXPECT_EQ(table.rows[1][2], "20");
   EXPECT_EQ(table.rows[1][3], "");
+}
+
+TEST(SweepTable, ErrorsAloneHaveNoColumnsOfTimes) {
+  SweepResult result;
+  result.points = {pointOf("a", {}), pointOf("b", {})};
+  result.points[0].seconds = 0.0;
+  EXPECT_EQ(sweepTable(result).columns[5].title, "ratio");
+  result.points[1].seconds = 0.0;
+  EXPECT_EQ(sweepTable(result).columns[2].title, "L1_8bit");
 }
 
 TEST(SweepTable, OptionsThatAPointHasBothKeepTheirColumns) {
