@@ -5,6 +5,7 @@
 
 #include "app/run_options.h"
 #include "config/json_text.h"
+#include "core/clock.h"
 #include "core/file.h"
 #include "core/log.h"
 #include "core/text.h"
@@ -90,6 +91,10 @@ Rows studyRows(StudyOptions& options, CommonOptions& common, int leastRepeats) {
                      .given = &options.repeatsGiven}),
              workersRow(options.workers),
              patienceRow(options.patience),
+             option("--budget", options.budget, "MINUTES",
+                    "Time for all. When it is over, the frame at hand is the last one, and the "
+                    "results are those of what is measured [no limit]",
+                    {.least = 0}),
              existingRow(options.existing),
              clockRow(options.clock),
              progressRow(options.progress),
@@ -209,6 +214,10 @@ study::BenchOptions benchOptions(const StudyOptions& options, const fs::path& fo
   if (options.time != "steady") bench.first = study::FirstFrames::EachRound;
   bench.seed = options.seed.empty() ? 0 : std::stoull(options.seed);
   bench.patience = patience(options.patience);
+  if (options.budget > 0.0)
+    bench.outOfTime = [start = nowNs(), seconds = 60.0 * options.budget] {
+      return secondsSince(start) > seconds;
+    };
   bench.progress = [&printer](const std::string& what, double share) {
     printer.showStep(what, std::max(0.0, share));
   };

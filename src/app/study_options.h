@@ -18,6 +18,7 @@ struct StudyOptions : RunOptions {
   bool repeatsGiven = false;
   int workers = 8;
   double patience = 30.0;  ///< minutes
+  double budget = 0.0;     ///< minutes; 0: no limit
   std::string existing = "error";
   std::string progress = "auto";
   std::string clock = "wall";
@@ -32,8 +33,8 @@ OptionRow amortizeRow(int& amortize);
 /// --time and --amortize.
 Rows timeRows(StudyOptions& options);
 
-/// Options of a run, and --out, --against, --repeats, --workers, --patience, --existing, --clock,
-/// --progress.
+/// Options of a run, and --out, --against, --repeats, --workers, --patience, --budget, --existing,
+/// --clock, --progress.
 Rows studyRows(StudyOptions& options, CommonOptions& common, int leastRepeats);
 
 /// Functions that turn a study's settings into run configs and into command lines of workers.
@@ -64,7 +65,8 @@ std::filesystem::path studyFolder(const StudyOptions& options, const study::Inpu
 /// Throws UsageError, OutputError.
 void openStudyFolder(study::Bench& bench, const std::string& existing, const std::string& mark);
 
-/// The options of the bench of a study in `folder`; `printer` shows the progress.
+/// The options of the bench of a study in `folder`, whose budget begins now; `printer` shows the
+/// progress.
 study::BenchOptions benchOptions(const StudyOptions& options, const std::filesystem::path& folder,
                                  ProgressPrinter& printer);
 

@@ -94,37 +94,11 @@ PreparedRun prepareRun(const study::SuiteRun& run, const study::Settings& ofEffo
   return prepared;
 }
 
-/// Samples of a setting beside `base`; null: there are none yet.
-const study::Samples* samplesOf(const study::Bench& bench, const std::string& key,
-                                const std::string& base, const std::vector<int>& frames) {
-  for (const study::Samples& samples : bench.samples())
-    if (samples.serve(frames, bench.options()) && samples.find(key) && samples.find(base))
-      return &samples;
-  return nullptr;
-}
-
-/// Times what is not known, always beside the same setting, so that all can be compared.
-void measureTimes(study::Bench& bench, const std::vector<study::Setting>& settings,
-                  const study::Setting& base, const std::vector<int>& frames) {
-  std::vector<study::Setting> waiting;
-  for (const study::Setting& setting : settings)
-    if (!samplesOf(bench, setting.key, base.key, frames) && setting.key != base.key)
-      waiting.push_back(setting);
-  if (waiting.empty() && !samplesOf(bench, base.key, base.key, frames))
-    bench.measure({base}, frames, true);
-  for (std::size_t next = 0; next < waiting.size();) {
-    std::vector<study::Setting> batch{base};
-    while (batch.size() < bench.capacity() && next < waiting.size())
-      batch.push_back(waiting[next++]);
-    bench.measure(batch, frames, true);
-  }
-}
-
 bool isKnown(study::Bench& bench, const PreparedRun& run, const study::Setting& base,
              const std::vector<int>& frames) {
   return std::ranges::all_of(run.settings, [&](const study::Setting& setting) {
     return bench.knowsErrors(setting, frames) &&
-           (!run.times || samplesOf(bench, setting.key, base.key, frames));
+           (!run.times || bench.knowsTimes(setting.key, base.key, frames));
   });
 }
 
@@ -145,7 +119,7 @@ void measureRun(const PreparedRun& run, bool textOnly, int amortize, study::Suit
   });
   const study::Setting& base = against == run.settings.end() ? run.settings.front() : *against;
   if (textOnly && !isKnown(bench, run, base, asked)) failUnmeasured(run.name);
-  if (run.times) measureTimes(bench, run.settings, base, asked);
+  if (run.times) bench.measureBeside(base, run.settings, asked);
   bench.findErrors({base}, asked);  // first: its frames are the others' reference
   bench.findErrors(run.settings, asked);
   for (const study::Setting& setting : run.settings) {
@@ -153,7 +127,7 @@ void measureRun(const PreparedRun& run, bool textOnly, int amortize, study::Suit
       throw Error(ExitCode::FramesFailed,
                   run.name + ": " + setting.text() + ": " + failure->second);
     const study::Samples* samples =
-        run.times ? samplesOf(bench, setting.key, base.key, asked) : nullptr;
+        run.times ? bench.timesBeside(setting.key, base.key, asked) : nullptr;
     data.runs[run.name][setting.point.method] = {
         setting,
         samples,

@@ -73,4 +73,18 @@ class App : public testing::Test {
   fs::path folder;
 };
 
+/// With a reference to compare with.
+class Study : public App {
+ protected:
+  Study() {
+    std::ofstream(folder / "run.json") << R"({
+  "scene": "scene.json", "path": "path.json", "frames": "1-3",
+  "image": {"width": 32, "height": 24, "layers": ["s"]},
+  "methods": [{"method": "reference", "max_standard_error": 0, "samples": 1, "rays": 1},
+              {"method": "reference", "max_standard_error": 0, "name": "truth", "samples": 4, "rays": 1}],
+  "errors": {"against": ["truth"]}
+})";
+  }
+};
+
 }  // namespace catoptric::app

@@ -7,7 +7,6 @@
 #include "app/run_options.h"
 #include "app/study_options.h"
 #include "config/json_text.h"
-#include "core/clock.h"
 #include "core/file.h"
 #include "core/log.h"
 #include "core/text.h"
@@ -27,7 +26,6 @@ struct TuneCommand : StudyOptions {
   std::string verify = "all";
   std::string testPath;
   double marginPercent = 5.0;
-  double budgetMinutes = 0.0;
   bool perReflector = false;
   bool dryRun = false;
 };
@@ -138,7 +136,7 @@ std::string heldBy(const study::PointErrors& errors, const study::Bound& bound) 
   if (const double uncertainty = errors.uncertainty(bound.metric, frames);
       uncertainty > bound.limit)
     text += " The reference's own standard error is " + report::fixedText(uncertainty, 3) +
-            ", above the bound: lower its max_standard_error.";
+            ", above the bound: lower it by --set methods.reference.max_standard_error=N.";
   return text;
 }
 
@@ -192,7 +190,7 @@ study::BenchOptions tuneBench(const TuneCommand& options, const std::filesystem:
 
 /// tune --per-reflector, once all options are checked.
 ExitCode tuneMixture(TuneCommand options, const study::Bound& bound, ProgressPrinter& printer) {
-  if (!options.vary.empty() || options.budgetMinutes > 0.0 || options.dryRun)
+  if (!options.vary.empty() || options.budget > 0.0 || options.dryRun)
     throw UsageError("--per-reflector cannot be combined with --vary, --budget or --dry-run");
   const std::string against = referenceName(options);
   const std::vector<std::string> methods = studiedMethods(options, against);
@@ -232,7 +230,6 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   ProgressPrinter printer(mode);
   Tuned tuned;
   tuned.bound = boundOf(options);
-  const std::int64_t start = nowNs();
   study::TuneTimes times{timeKind(options, 1), {}};
   study::TuneOptions tuneOptions;
   tuneOptions.bound = tuned.bound;
@@ -248,12 +245,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   const std::vector<std::string> methods = studiedMethods(options, tuned.against);
   const study::Inputs inputs = studyInputs(options);
   const std::filesystem::path folder = studyFolder(options, inputs, methods, "tune");
-  study::BenchOptions benchWith = tuneBench(options, folder, printer);
-  if (options.budgetMinutes > 0.0)
-    benchWith.outOfTime = [start, seconds = 60.0 * options.budgetMinutes] {
-      return secondsSince(start) > seconds;
-    };
-  study::Bench bench(inputs, benchWith);
+  study::Bench bench(inputs, tuneBench(options, folder, printer));
   bench.setReference(tuned.against);
   bench.setMetrics({tuned.bound.metric});
   for (const study::Point& point : study::makePoints(methods, axesOf(options, methods), {}))
@@ -331,10 +323,6 @@ Command tuneCommand(CommonOptions& common) {
       option("--margin", options->marginPercent, "PERCENT",
              "Safety margin: predictions must be below the bound by this percentage of it",
              {.least = 0, .most = 50, .showsDefault = true}),
-      option("--budget", options->budgetMinutes, "MINUTES",
-             "Time for all. When it is over, the frame at hand is the last one, and the nearest "
-             "combination is named [no limit]",
-             {.least = 0}),
       flag("--dry-run", options->dryRun, "List the combinations, and write nothing"),
   };
   return {"tune",

@@ -97,11 +97,10 @@ std::optional<std::size_t> Samples::find(const std::string& key) const {
 }
 
 bool Samples::serve(const std::vector<int>& wanted, const BenchOptions& options) const {
-  return frames == wanted && repeats >= options.repeats &&
-         (options.first != FirstFrames::EachRound ||
-          std::ranges::any_of(measurement.turns, [](const Turn& turn) {
-            return turn.frame == kFirst && turn.round > 0;
-          }));
+  return frames == wanted && (options.first != FirstFrames::EachRound ||
+                              std::ranges::any_of(measurement.turns, [](const Turn& turn) {
+                                return turn.frame == kFirst && turn.round > 0;
+                              }));
 }
 
 std::string samplesCsv(const Samples& samples, bool header) {
@@ -317,6 +316,20 @@ WorkerProcess* Bench::worker(const Setting& setting, const std::vector<std::stri
   }
 }
 
+void Bench::checkReference(const std::vector<Setting>& settings) {
+  for (const Setting& setting : settings) {
+    referenceKey(setting);
+    if (!referenceFolder_) continue;
+    std::vector<int> lacking = frames(setting);
+    std::erase_if(lacking, [&](int number) { return referenceFolder_->frames.contains(number); });
+    if (!lacking.empty()) failWithoutFrames(lacking);
+  }
+}
+
+void Bench::failWithoutFrames(const std::vector<int>& frames) const {
+  throw UsageError("the reference " + reference_ + " lacks frames " + scene::formatFrames(frames));
+}
+
 report::RunData Bench::referenceFrames(const Setting& setting, const std::vector<int>& frames) {
   if (referenceFolder_) return *referenceFolder_;
   const Setting reference = referenceOf(setting);
@@ -374,9 +387,7 @@ void Bench::compare(const Setting& setting, const std::vector<int>& frames,
   report::RunData reference = referenceFrames(setting, frames);
   std::erase_if(reference.frames, [&](const auto& one) { return !run.frames.contains(one.first); });
   const report::RunComparison comparison = report::compareRuns(run, reference);
-  if (!comparison.onlyInRun.empty())
-    throw UsageError("the reference " + reference.folder.string() + " lacks frames " +
-                     scene::formatFrames(comparison.onlyInRun));
+  if (!comparison.onlyInRun.empty()) failWithoutFrames(comparison.onlyInRun);
   const fs::path file = errorsFile(setting);
   PointErrors all = errors(setting);
   for (const int number : frames) {
@@ -432,6 +443,11 @@ const Samples& Bench::measure(const std::vector<Setting>& settings, const std::v
   }
   std::vector<std::string> needed;
   for (const Setting& setting : settings) needed.push_back(setting.key);
+  // The reference first: where a budget ends the rounds, there are errors, too
+  for (const Setting& setting : settings)
+    if (withErrors && !failures_.contains(setting.key) && !knowsErrors(setting, frames) &&
+        std::ranges::find(needed, referenceKey(setting)) == needed.end())
+      referenceFrames(setting, frames);
   Samples samples;
   samples.frames = frames;
   samples.repeats = options_.repeats;
@@ -472,20 +488,46 @@ const Samples& Bench::measure(const std::vector<Setting>& settings, const std::v
   checkStop();
   for (std::size_t i = 0; i < running.size(); ++i) {
     const SettingResult& result = samples.measurement.settings[i];
-    if (!result.failure.empty()) {
-      failures_[running[i]->key] = result.failure;
-      log::error(running[i]->text() + ": " + result.failure);
-    } else if (!missing[i].empty()) {
-      compare(*running[i], missing[i], result.written);
-    }
+    if (result.failure.empty()) continue;
+    failures_[running[i]->key] = result.failure;
+    log::error(running[i]->text() + ": " + result.failure);
   }
   int rounds = 0;
   for (const Turn& turn : samples.measurement.turns) rounds = std::max(rounds, turn.round);
   samples.repeats = std::min(samples.repeats, rounds);
   if (rounds > 0) keep(samples);
-  if (rounds == 0) checkTime();
   samples_.push_back(std::move(samples));
+  const std::vector<SettingResult>& results = samples_.back().measurement.settings;
+  for (std::size_t i = 0; i < running.size(); ++i)
+    if (results[i].failure.empty() && !missing[i].empty() &&
+        results[i].written.size() == frames.size())  // the round that warms up was not cut short
+      compare(*running[i], missing[i], results[i].written);
+  if (rounds == 0) checkTime();
   return samples_.back();
+}
+
+const Samples* Bench::timesBeside(const std::string& key, const std::string& base,
+                                  const std::vector<int>& frames) const {
+  const Samples* most = nullptr;
+  for (const Samples& samples : samples_)
+    if (samples.serve(frames, options_) && samples.find(key) && samples.find(base) &&
+        (most == nullptr || samples.repeats > most->repeats))
+      most = &samples;
+  return most;
+}
+
+void Bench::measureBeside(const Setting& base, const std::vector<Setting>& settings,
+                          const std::vector<int>& frames) {
+  std::vector<Setting> waiting;
+  for (const Setting& setting : settings)
+    if (setting.key != base.key && !knowsTimes(setting.key, base.key, frames))
+      waiting.push_back(setting);
+  if (waiting.empty() && !knowsTimes(base.key, base.key, frames)) measure({base}, frames, true);
+  for (std::size_t next = 0; next < waiting.size();) {
+    std::vector<Setting> batch{base};
+    while (batch.size() < capacity() && next < waiting.size()) batch.push_back(waiting[next++]);
+    measure(batch, frames, true);
+  }
 }
 
 void Bench::keep(const Samples& samples) {

@@ -65,7 +65,7 @@ struct Samples {
 
   /// The index of a setting; nullopt if it is not among them or was not measured completely.
   std::optional<std::size_t> find(const std::string& key) const;
-  /// Whether the times of these frames need not be measured again with these options.
+  /// Whether these are times of these frames as the options ask for, apart from `repeats`.
   bool serve(const std::vector<int>& frames, const BenchOptions& options) const;
 };
 
@@ -97,10 +97,8 @@ class Bench {
   bool knowsErrors(const Setting& setting, const std::vector<int>& frames) {
     return missingErrors(setting, frames).empty();
   }
-  /// Throws UsageError if the reference is not possible with these settings.
-  void checkReference(const std::vector<Setting>& settings) {
-    for (const Setting& setting : settings) referenceKey(setting);
-  }
+  /// Throws UsageError if the reference is not possible with these settings, or lacks frames.
+  void checkReference(const std::vector<Setting>& settings);
 
   /// Computes the errors of these frames. Known errors are not computed again. Failures are stored
   /// in failures().
@@ -110,6 +108,19 @@ class Bench {
   /// in the folder.
   const Samples& measure(const std::vector<Setting>& settings, const std::vector<int>& frames,
                          bool withErrors);
+  /// The times of a setting that were measured beside another one, of the most rounds; null: none.
+  const Samples* timesBeside(const std::string& key, const std::string& base,
+                             const std::vector<int>& frames) const;
+  /// Whether these times need not be measured again.
+  bool knowsTimes(const std::string& key, const std::string& base,
+                  const std::vector<int>& frames) const {
+    const Samples* samples = timesBeside(key, base, frames);
+    return samples != nullptr && samples->repeats >= options_.repeats;
+  }
+  /// Measures times and errors that are not known, in groups that all contain `base`, so that all
+  /// can be compared.
+  void measureBeside(const Setting& base, const std::vector<Setting>& settings,
+                     const std::vector<int>& frames);
   /// All measured times, also those of earlier processes if the folder was resumed.
   const std::list<Samples>& samples() const { return samples_; }
   /// Writes all measured times to samples.csv in the folder.
@@ -146,6 +157,7 @@ class Bench {
   std::string referenceKey(const Setting& setting);
   std::filesystem::path errorsFile(const Setting& setting);
   std::filesystem::path framesFolder(const Setting& setting) const;
+  [[noreturn]] void failWithoutFrames(const std::vector<int>& frames) const;
   report::RunData referenceFrames(const Setting& setting, const std::vector<int>& frames);
   /// The frames to render for the errors of `frames` that are not known.
   std::vector<int> missingErrors(const Setting& setting, const std::vector<int>& frames);

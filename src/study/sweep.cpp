@@ -30,18 +30,9 @@ std::size_t measureOf(const std::vector<Setting>& settings, const std::vector<st
   return group.front();
 }
 
-/// Samples of a point beside the group's measure, with the frames and repeats that are wanted.
-const Samples* samplesOf(const Bench& bench, const std::string& key, const std::string& measure,
-                         const std::vector<int>& frames) {
-  for (const Samples& samples : bench.samples())
-    if (samples.find(key) && samples.find(measure) && samples.serve(frames, bench.options()))
-      return &samples;
-  return nullptr;
-}
-
 void addTimes(const Bench& bench, const SweepRequest& request, const std::string& measure,
               const std::vector<int>& frames, SweepPoint& point) {
-  const Samples* samples = samplesOf(bench, point.setting.key, measure, frames);
+  const Samples* samples = bench.timesBeside(point.setting.key, measure, frames);
   if (samples == nullptr) return;
   const std::size_t own = *samples->find(point.setting.key);
   const Measurement& measurement = samples->measurement;
@@ -66,7 +57,7 @@ void addTimes(const Bench& bench, const SweepRequest& request, const std::string
 /// group's measure.
 Ratio ratioOf(const Bench& bench, const SweepRequest& request, const SweepPoint& a,
               const SweepPoint& b, const std::vector<int>& frames) {
-  const Samples* samples = samplesOf(bench, a.setting.key, b.setting.key, frames);
+  const Samples* samples = bench.timesBeside(a.setting.key, b.setting.key, frames);
   if (samples == nullptr) return quotient(a.ratio, b.ratio);
   const Measurement& measurement = samples->measurement;
   return pairedRatio(measurement.times(*samples->find(a.setting.key), request.time),
@@ -160,7 +151,7 @@ void judgeGroup(const Bench& bench, const std::vector<std::size_t>& group,
 
 }  // namespace
 
-void runSweep(Bench& bench, const SweepRequest& request, const std::vector<Setting>& settings) {
+void runSweep(Bench& bench, const SweepRequest& request, const std::vector<Setting>& settings) try {
   for (const std::vector<std::size_t>& group : groupsOf(settings)) {
     const Setting& measure = settings[measureOf(settings, group, request)];
     const std::vector<int>& frames = bench.frames(measure);
@@ -170,21 +161,10 @@ void runSweep(Bench& bench, const SweepRequest& request, const std::vector<Setti
       bench.findErrors(own, frames);
       continue;
     }
-    // The group's measure has a turn in every batch, so that all batches can be compared.
-    std::vector<Setting> waiting;
-    for (const Setting& setting : own)
-      if (setting.key != measure.key && !samplesOf(bench, setting.key, measure.key, frames))
-        waiting.push_back(setting);
-    if (waiting.empty() && !samplesOf(bench, measure.key, measure.key, frames))
-      bench.measure({measure}, frames, true);
-    for (std::size_t next = 0; next < waiting.size();) {
-      std::vector<Setting> batch{measure};
-      while (batch.size() < bench.capacity() && next < waiting.size())
-        batch.push_back(waiting[next++]);
-      bench.measure(batch, frames, true);
-    }
+    bench.measureBeside(measure, own, frames);
     bench.findErrors(own, frames);  // of points whose times were known
   }
+} catch (const BudgetSpent&) {  // evaluateSweep() says what is missing
 }
 
 SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
@@ -194,6 +174,7 @@ SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
     result.points.emplace_back().setting = setting;
     result.points.back().number = static_cast<int>(result.points.size());
   }
+  int unmeasured = 0;
   for (const std::vector<std::size_t>& group : groupsOf(settings)) {
     const Setting& measure = settings[measureOf(settings, group, request)];
     const std::vector<int>& frames = bench.frames(measure);
@@ -204,6 +185,10 @@ SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
         point.failure = failure->second;
         continue;
       }
+      if (!bench.knowsErrors(point.setting, frames) ||
+          (bench.options().repeats > 0 &&
+           !bench.knowsTimes(point.setting.key, measure.key, frames)))
+        ++unmeasured;
       addTimes(bench, request, measure.key, frames, point);
       const PointErrors& errors = bench.errors(point.setting);
       point.uncertainty = errors.uncertainty(request.metrics.front(), frames);
@@ -226,7 +211,14 @@ SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
   }
   noteUncertainty(result);
   noteEffects(result);
-  if (bench.options().repeats > 0 && bench.options().repeats < kLeastRounds)
+  if (unmeasured > 0)
+    result.notes.push_back(
+        "The budget was spent: " + std::to_string(unmeasured) + " of " +
+        std::to_string(settings.size()) + " points have no errors, or fewer than " +
+        std::to_string(bench.options().repeats) + " rounds. --existing resume measures these.");
+  if (std::ranges::any_of(result.points, [](const SweepPoint& point) {
+        return point.seconds > 0.0 && point.ratio.rounds < kLeastRounds;
+      }))
     result.notes.push_back("Fewer than " + std::to_string(kLeastRounds) +
                            " rounds give no confidence interval: every such pair is unclear.");
   return result;

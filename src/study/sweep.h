@@ -57,7 +57,8 @@ struct SweepResult {
   std::vector<std::string> notes;
 };
 
-/// Measures everything that is not known yet. Throws StudyStopped; finished measurements are kept.
+/// Measures everything that is not known yet, as far as the bench has time. Throws StudyStopped;
+/// finished measurements are kept.
 void runSweep(Bench& bench, const SweepRequest& request, const std::vector<Setting>& settings);
 /// Computes the result from the stored measurements.
 SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,

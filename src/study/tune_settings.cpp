@@ -113,6 +113,7 @@ class BenchWorld : public TuneWorld {
     };
     for (const Samples& samples : bench_.samples())
       if (measurements > 0 && samples.serve(frames, bench_.options()) &&
+          samples.repeats >= bench_.options().repeats &&
           std::ranges::all_of(batch, [&](const Setting& setting) {
             return samples.find(setting.key).has_value();
           })) {
