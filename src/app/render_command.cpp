@@ -259,6 +259,7 @@ Command renderCommand(CommonOptions& common) {
           R"(Examples:
   catoptric render configs/demo.json --out out/demo
   catoptric render room.glb --method environment_map --set image.width=1024
+  catoptric render configs/demo.json --method reference --set methods.reference.max_standard_error=1
   catoptric render configs/demo.json --frames 1-100x10 --existing overwrite
   catoptric render configs/demo.json --chunk 2/8 --out out/part2
 )" + exitCodes({{"2"}, {"3"}, {"4"}, {"5"}, {"6"}, {"8"}, {"128 + N"}}),

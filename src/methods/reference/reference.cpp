@@ -280,16 +280,16 @@ class Reference : public Method {
       if (error.frame <= options_.maxStandardError || 2 * each >= kMostSamples) break;
       if (secondsSince(said) < kSayAfterSeconds) continue;
       said = nowNs();
-      log::info(
-          fmt::format("frame {}: the reference's standard error is {:.3g} after {} samples "
-                      "per pixel; it goes on until {:g}",
-                      input.frame.number, error.frame, 2 * each, options_.maxStandardError));
+      log::info(fmt::format(
+          "frame {}: the reference's standard error is {:.3g} after {} samples "
+          "per pixel; it goes on until {:g} (--set methods.reference.max_standard_error)",
+          input.frame.number, error.frame, 2 * each, options_.maxStandardError));
     }
     if (!(error.frame <= options_.maxStandardError))
-      log::warning(
-          fmt::format("frame {}: the reference's standard error is {:.3g} after {} samples "
-                      "per pixel, the most that are taken; {:g} was asked",
-                      input.frame.number, error.frame, 2 * each, options_.maxStandardError));
+      log::warning(fmt::format(
+          "frame {}: the reference's standard error is {:.3g} after {} samples "
+          "per pixel, the most that are taken; methods.reference.max_standard_error is {:g}",
+          input.frame.number, error.frame, 2 * each, options_.maxStandardError));
     for (std::size_t p = 0; p < sums.image.pixelCount(); ++p) {
       const Vec3 both = sums.halves[0][p] + sums.halves[1][p];
       for (int c = 0; c < 3; ++c) pixelOf(sums.image, p)[c] = both[c];
