@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "app/commands.h"
+#include "cluster/job_scripts.h"
 #include "cluster/slurm.h"
 #include "cluster/submission.h"
 #include "cluster/submission_progress.h"
@@ -118,7 +119,8 @@ ExitCode retry(const StatusOptions& options, const CommonOptions& common) {
   if (merges)
     text = std::string(slurm && !options.dryRun ? "Submitted: " : "To be submitted: ") +
            (failed.empty() ? "" : "chunks " + numbers(failed) + ", and ") + "the merge\n";
-  if (!slurm && merges) text += "Run: " + (submission.folder / "run.sh").string() + " [PARALLEL]\n";
+  if (!slurm && merges)
+    text += "Run: " + (submission.folder / cluster::kRunScript).string() + " [PARALLEL]\n";
   printData(text);
   return ExitCode::Done;
 }

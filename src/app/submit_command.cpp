@@ -213,7 +213,8 @@ ExitCode submit(const SubmitOptions& options, const CommonOptions& common) {
     printData(summary + ", jobs " + joined(jobs, ", ") + "\nSee: catoptric status " +
               submission.folder.string() + "\n");
   else
-    printData(summary + "\nRun: " + (submission.folder / "run.sh").string() + " [PARALLEL]\n");
+    printData(summary + "\nRun: " + (submission.folder / cluster::kRunScript).string() +
+              " [PARALLEL]\n");
   return ExitCode::Done;
 }
 

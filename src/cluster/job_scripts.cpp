@@ -16,9 +16,10 @@ namespace fs = std::filesystem;
 /// there ends after Slurm's KillWait, or goes on to the end. Ours.
 constexpr const char* kWaitSeconds = "600";
 
-constexpr const char* kChunkScript = "chunk.sh";
-constexpr const char* kMergeScript = "merge.sh";
-constexpr const char* kRunScript = "run.sh";
+/// A script of the submission, as a shell word.
+std::string scriptPath(const Submission& submission, const char* name) {
+  return shellWord((submission.folder / name).string());
+}
 
 std::string enterFolder(const Submission& submission) {
   return "cd " + shellWord(submission.workingFolder) + " || exit 5\n";
@@ -85,8 +86,8 @@ std::string runScript(const Submission& submission) {
   const std::string failed =
       " || { echo \"some chunks failed; see: catoptric status \"" + folder + " >&2; exit 6; }\n";
   if (submission.isStudy())
-    return "#!/bin/sh\n# Made by `catoptric submit`. Run it again to continue.\n" + folder +
-           "/chunk.sh 1" + failed;
+    return "#!/bin/sh\n# Made by `catoptric submit`. Run it again to continue.\n" +
+           scriptPath(submission, kChunkScript) + " 1" + failed;
   std::string chunks;
   for (const int chunk : submission.wanted()) chunks += std::to_string(chunk) + "\n";
   return "#!/bin/sh\n"
@@ -105,9 +106,9 @@ std::string runScript(const Submission& submission) {
          "  exit 2\n"
          "fi\n"
          "awk -v i=\"${share%/*}\" -v n=\"${share#*/}\" 'NR % n == i % n' <<'CHUNKS' |\n" +
-         chunks + "CHUNKS\n  xargs -P \"$parallel\" -n 1 " + folder + "/chunk.sh" + failed +
-         "[ \"$share\" != 1/1 ] || " + folder + "/merge.sh || { cat " + folder +
-         "/logs/merge.log >&2; exit 6; }\n";
+         chunks + "CHUNKS\n  xargs -P \"$parallel\" -n 1 " + scriptPath(submission, kChunkScript) +
+         failed + "[ \"$share\" != 1/1 ] || " + scriptPath(submission, kMergeScript) +
+         " || { cat " + folder + "/logs/merge.log >&2; exit 6; }\n";
 }
 
 void writeScripts(const Submission& submission) {

@@ -9,6 +9,11 @@
 
 namespace catoptric::cluster {
 
+/// Names of the scripts in a submission's folder.
+inline constexpr const char* kChunkScript = "chunk.sh";
+inline constexpr const char* kMergeScript = "merge.sh";
+inline constexpr const char* kRunScript = "run.sh";
+
 /// The arguments as shell words, each after a space.
 std::string shellWords(const std::vector<std::string>& arguments);
 

@@ -123,7 +123,7 @@ void submitToSlurm(Submission& submission, const std::vector<int>& chunks) {
       std::vector<std::string> words = sbatchWords(submission, name, "slurm-%A.log");
       words.push_back("--array=" + arrayIndices(indices) + most);
       if (submission.isStudy()) words.emplace_back("--exclusive");  // its times must be its own
-      words.push_back((submission.folder / "chunk.sh").string());
+      words.push_back((submission.folder / kChunkScript).string());
       words.emplace_back("--array");
       words.push_back(std::to_string(offset));
       job.id = submitted(words);
@@ -135,7 +135,7 @@ void submitToSlurm(Submission& submission, const std::vector<int>& chunks) {
   if (submission.isStudy()) return;
   std::vector<std::string> words = sbatchWords(submission, name + "-merge", "slurm-%j.log");
   if (!chunks.empty()) words.push_back("--dependency=" + dependency);
-  words.push_back((submission.folder / "merge.sh").string());
+  words.push_back((submission.folder / kMergeScript).string());
   recordJob(submission, {submitted(words), 0, {}});
 }
 

@@ -64,7 +64,6 @@ class ProcessLab : public Lab {
     workersOf_ = one.name;
     std::error_code ignored;
     fs::remove_all(options_.work / "frames", ignored);
-    const study::Inputs inputs = options_.inputs(one.scene, one.frames);
     Turns turns;
     std::vector<study::Runner*> runners;
     std::vector<std::string> roles;
@@ -76,8 +75,7 @@ class ProcessLab : public Lab {
     for (const Program& program : programs) {
       checkStop();
       try {
-        study::WorkerProcess& process =
-            worker(program, inputs.arguments(settingsOf(one.scene, one.method), one.method));
+        study::WorkerProcess& process = worker(program, argumentsOf(one));
         checkStop();
         process.requireInputs(factsOf(one).inputs);
         runners.push_back(&process);
@@ -116,9 +114,7 @@ class ProcessLab : public Lab {
   std::map<std::string, StepTimes> starts(const NightCase& one,
                                           const std::vector<Program>& programs,
                                           int rounds) override {
-    const std::vector<std::string> arguments =
-        options_.inputs(one.scene, one.frames)
-            .arguments(settingsOf(one.scene, one.method), one.method);
+    const std::vector<std::string> arguments = argumentsOf(one);
     std::map<std::string, StepTimes> times;
     try {
       for (std::size_t i = 0; i < static_cast<std::size_t>(rounds) * programs.size(); ++i) {
@@ -150,11 +146,9 @@ class ProcessLab : public Lab {
       if (fs::exists(folder / run::framePath("frames", number, ".exr"), ignored)) continue;
       checkStop();
       if (!process) {
-        process = std::make_unique<study::WorkerProcess>(
-            options_.program,
-            options_.inputs(one.scene, one.frames)
-                .arguments(settingsOf(one.scene, one.scene.against), one.scene.against),
-            options_.work / "logs" / "truth.txt", options_.patience);
+        process = std::make_unique<study::WorkerProcess>(options_.program, argumentsOf(truth),
+                                                         options_.work / "logs" / "truth.txt",
+                                                         options_.patience);
         checkStop();
         process->requireInputs(factsOf(truth).inputs);
       }
@@ -172,8 +166,7 @@ class ProcessLab : public Lab {
   };
 
   BenchFacts benchOf(const NightCase& one) {
-    const study::Inputs inputs = options_.inputs(one.scene, one.frames);
-    const run::RunConfig run = inputs.readRun(settingsOf(one.scene, one.method), one.method);
+    const run::RunConfig run = runOf(one);
     BenchFacts facts;
     const SceneFacts& scene = sceneFactsOf(run);
     facts.frames = scene.frames;
@@ -188,7 +181,7 @@ class ProcessLab : public Lab {
     for (const auto& [id, name] : scene.objects)
       facts.description += "object " + std::to_string(id) + " " + name + "\n";
     facts.command = "catoptric render";
-    for (const std::string& word : inputs.arguments(settingsOf(one.scene, one.method), one.method))
+    for (const std::string& word : argumentsOf(one))
       if (word != "-q") facts.command += " " + shellWord(word);
     return facts;
   }
@@ -200,9 +193,17 @@ class ProcessLab : public Lab {
     inputs_.requireUnchanged();
   }
 
-  const SceneFacts& factsOf(const NightCase& one) {
-    return sceneFactsOf(options_.inputs(one.scene, one.frames)
-                            .readRun(settingsOf(one.scene, one.method), one.method));
+  const SceneFacts& factsOf(const NightCase& one) { return sceneFactsOf(runOf(one)); }
+
+  run::RunConfig runOf(const NightCase& one) const {
+    return options_.inputs(one.scene, one.frames)
+        .readRun(settingsOf(one.scene, one.method), one.method);
+  }
+
+  /// Of the command line of a worker.
+  std::vector<std::string> argumentsOf(const NightCase& one) const {
+    return options_.inputs(one.scene, one.frames)
+        .arguments(settingsOf(one.scene, one.method), one.method);
   }
 
   study::WorkerProcess& worker(const Program& program, const std::vector<std::string>& arguments) {
