@@ -42,6 +42,28 @@ TEST(Statistics, IntervalFollowsTheExactDistribution) {
   EXPECT_EQ(shift.interval->high, means[means.size() - 4]);
 }
 
+// Of many values the normal distribution replaces the exact one.
+TEST(Statistics, IntervalOfManyValuesIsOfTheSameRanks) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (const std::size_t count : {127, 128, 200}) {
+    std::vector<double> values(count);
+    for (double& value : values) value = normal(random);
+    std::vector<double> means;
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t j = i; j < count; ++j) means.push_back(0.5 * (values[i] + values[j]));
+    std::sort(means.begin(), means.end());
+    const std::vector<double> share = signedRankShares(count);
+    double tail = 0.0;
+    std::size_t k = 0;
+    while (2.0 * (tail + share[k]) <= 1.0 - kRankConfidence) tail += share[k++];
+    const auto rank =
+        std::lower_bound(means.begin(), means.end(), shiftOf(values).interval->low) - means.begin();
+    const auto exact = static_cast<double>(k);
+    EXPECT_NEAR(static_cast<double>(rank + 1), exact, 0.002 * exact) << count;
+  }
+}
+
 TEST(Statistics, FrameRatiosWeighByTime) {
   // 1 s of 10 s and 4 s of 8 s, without noise: together 5 of 18
   const RoundTimes times(8, {1.0, 4.0});
