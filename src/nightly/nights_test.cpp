@@ -304,6 +304,12 @@ TEST_F(Nights, AChangedSceneWaitsUntilItIsAccepted) {
   acceptVerdicts(*history, {{"a.m"}, "a better ball", "tester"});
   EXPECT_EQ(summaryOf(history->verdicts(5)).regressions, 0);
   EXPECT_EQ(failures(night({})), "");
+  lab.edits["a"] = "3";  // what was accepted is the measure now
+  const std::vector<Verdict> again = night({});
+  EXPECT_THAT(failures(again), HasSubstr("own.a.m scene changed scene"));
+  EXPECT_THAT(of(again, "a", "scene").front().message, HasSubstr("scene a2 -> a3"));
+  EXPECT_EQ(of(again, "a", "scene").front().began, 7);
+  EXPECT_EQ(summaryOf(again).regressions, 1);
   lab.edits["a"] = "";  // what was accepted before is known, too
   EXPECT_EQ(failures(night({})), "");
 }

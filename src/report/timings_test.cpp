@@ -143,12 +143,12 @@ TEST(Timings, OneFrameHasNoRowsWithoutTimes) {
   run.samples = {{0, "bvh", 0.2, "wall", false}, {1, "trace", 0.006, "wall", true}};
   run.pathFrames = 10;
   const std::vector<TimingTable> one{timingTable(run)};
-  for (const std::string& text :
-       {toText(timingView(one[0])), toText(timingComparison(one)), toTex(timingComparison(one)),
-        toCsv(timingComparison(one)), toJson(timingComparison(one)), timingCsv(one),
-        timingJson(one)}) {
+  for (const std::string& text : {toText(timingView(one[0])), toText(timingComparison(one)),
+                                  toTex(timingComparison(one)), toCsv(timingComparison(one)),
+                                  toJson(timingComparison(one)), timingCsv(one), timingJson(one)}) {
     EXPECT_THAT(text, HasSubstr("first"));
-    EXPECT_THAT(text, testing::Not(testing::AnyOf(HasSubstr("teady"), HasSubstr("mean of")))) << text;
+    EXPECT_THAT(text, testing::Not(testing::AnyOf(HasSubstr("teady"), HasSubstr("mean of"))))
+        << text;
   }
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
 #include <string>
 
@@ -198,6 +199,66 @@ TEST(Tune, TheSameSeedGivesTheSameProposals) {
     texts.push_back(text);
   }
   EXPECT_EQ(texts[0], texts[1]);
+}
+
+/// The time is over after some frames.
+struct ShortOfTime : World {
+  bool outOfTime() const override { return rendered >= most; }
+  std::vector<double> errors(std::size_t i, const std::vector<int>& of) override {
+    std::vector<double> result;
+    for (const int frame : of) {
+      if (outOfTime()) return {};
+      result.push_back(error(i, frame));
+      known[i].push_back(frame);
+      ++rendered;
+    }
+    return result;
+  }
+  double errorSoFar(std::size_t i) override {
+    return known.contains(i) ? pooled(i, known[i]) : NAN;
+  }
+  std::map<std::size_t, MeasuredTime> times(const std::vector<std::size_t>& of,
+                                            const std::vector<int>& ofFrames,
+                                            int measurements) override {
+    std::map<std::size_t, MeasuredTime> result;
+    for (const std::size_t i : of)
+      if (!outOfTime()) result.merge(World::times({i}, ofFrames, measurements));
+    if (ofFrames.size() == kRaced && result.size() < of.size()) raceWasCutShort = true;
+    return result;
+  }
+  static constexpr std::size_t kRaced = 16;
+  int most = INT_MAX;
+  std::map<std::size_t, std::vector<int>> known;
+  bool raceWasCutShort = false;
+};
+
+TEST(Tune, WhereverTheTimeEndsResultsAreOfWhatWasMeasured) {
+  for (const Bound& bound : {parseMaxError("L1_8bit<=2"), parseMaxTime("0.6x:traced")}) {
+    const bool byError = bound.kind == Bound::Kind::Error;
+    ShortOfTime whole;
+    whole.intervalWidth = 0.02;
+    ASSERT_TRUE(tune(whole.candidates, whole, optionsFor(whole, bound)).best);
+    int racesCutShort = 0;
+    for (int most = 1; most < whole.rendered; most += whole.rendered / 100) {
+      ShortOfTime world;
+      world.intervalWidth = 0.02;
+      world.most = most;
+      const TuneResult result = tune(world.candidates, world, optionsFor(world, bound));
+      SCOPED_TRACE(bound.text + " " + std::to_string(most));
+      EXPECT_TRUE(result.outOfTime);
+      EXPECT_TRUE(result.best || result.nearest);
+      for (const Trial& trial : result.trials)
+        if (trial.stage == "race") {
+          EXPECT_TRUE(std::isfinite(trial.error) && std::isfinite(trial.seconds));
+        }
+      if (world.raceWasCutShort) ++racesCutShort;
+      if (!result.best) continue;
+      EXPECT_TRUE(result.verifiedOnAll);
+      EXPECT_LE(byError ? world.pooled(*result.best, world.frames) : world.seconds(*result.best),
+                byError ? 2.0 : 0.06);
+    }
+    EXPECT_GT(racesCutShort, 0) << bound.text;
+  }
 }
 
 TEST(Tune, BoundsAreChecked) {
