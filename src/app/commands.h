@@ -23,6 +23,7 @@ struct RunOptions {
   std::string input;
   std::string out;
   std::string frames;
+  std::string camera;
   std::string environment;
   std::vector<std::string> methods;
   std::vector<std::string> settings;

@@ -82,6 +82,25 @@ const scene::Material& materialOf(const scene::Scene& scene, const scene::Object
   return scene.materials[static_cast<std::size_t>(object.material)];
 }
 
+std::string placeText(const scene::Scene& scene, const Vec3& p) {
+  const glm::dvec3 place = glm::dvec3(p) + scene.origin;
+  return fmt::format("{:.4g},{:.4g},{:.4g}", place.x, place.y, place.z);
+}
+
+std::string boundsText(const scene::Scene& scene, const Box3& bounds) {
+  return placeText(scene, bounds.min) + " to " + placeText(scene, bounds.max);
+}
+
+/// EYE/TARGET/FOV of a camera, as --camera takes it; the target is as far as the scene's centre.
+std::string cameraText(const std::string& name, const scene::Scene& scene, const Box3& bounds) {
+  const scene::Camera camera = scene::cameraPath(name, scene)->frame(1).camera;
+  const float far = std::max(glm::dot(bounds.centre() - camera.eye(), camera.forward()),
+                             0.1f * bounds.diameter());
+  return placeText(scene, camera.eye()) + "/" +
+         placeText(scene, camera.eye() + far * camera.forward()) + "/" +
+         fmt::format("{:.4g}", degrees(camera.verticalFovRad));
+}
+
 std::string infoJson(const std::string& input, const scene::Scene& scene,
                      const std::vector<bool>& moving) {
   std::vector<std::string> reflectors;
@@ -108,6 +127,7 @@ std::string infoJson(const std::string& input, const scene::Scene& scene,
                            .add("width", texture.levels.empty() ? 0 : texture.levels[0].width)
                            .add("height", texture.levels.empty() ? 0 : texture.levels[0].height)
                            .object());
+  const Box3 bounds = scene::boundsAtStart(scene);
   return JsonText()
       .add("scene", input)
       .add("name", scene.name)
@@ -121,6 +141,8 @@ std::string infoJson(const std::string& input, const scene::Scene& scene,
       .add("duration", scene.duration())
       .add("lights", scene.lights.size())
       .add("cameras", scene.cameras.size())
+      .add("camera", cameraText("", scene, bounds))
+      .add("bounds", boundsText(scene, bounds))
       .add("environment", environmentName(scene.environment.type))
       .add("bake", bakeName(scene.bake.mode))
       .add("memory_bytes", scene.memoryBytes())
@@ -188,7 +210,13 @@ std::string infoText(const std::string& input, const scene::Scene& scene,
                                    100.0 * run::reflectiveShare(scene)));
   line("materials", std::to_string(scene.materials.size()));
   line("lights", std::to_string(scene.lights.size()));
-  line("cameras", std::to_string(scene.cameras.size()));
+  std::vector<std::string> cameras;
+  for (const scene::CameraDefinition& camera : scene.cameras) cameras.push_back(camera.name);
+  line("cameras", cameras.empty() ? "none" : joined(cameras, ", "));
+  const Box3 bounds = scene::boundsAtStart(scene);
+  line("camera",
+       cameraText("", scene, bounds) + "  (what --camera takes: eye/target/field of view)");
+  line("bounds", boundsText(scene, bounds));
   line("environment", scene.environment.isDefault
                           ? std::string("the default sky, because the file has no light")
                           : std::string(environmentName(scene.environment.type)));

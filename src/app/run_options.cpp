@@ -206,6 +206,11 @@ Rows runRows(RunOptions& options, CommonOptions& common) {
                     "Frames of the path, such as 1-100x2,120: every second frame from 1 to 100, "
                     "and frame 120 [all]",
                     {.notEmpty = true}),
+             option("--camera", options.camera, "CAMERA",
+                    "In place of the config's path: a camera of the scene, front or three_quarter "
+                    "(all is in view), turntable:48 (48 frames around it), or EYE/TARGET/FOV in "
+                    "metres and degrees, such as 2,1,3/0,0.5,0/45",
+                    {.notEmpty = true}),
              option("--environment", options.environment, "FILE|COLOUR",
                     "Replace the scene's environment light: by an image (.exr, .hdr), a colour "
                     "(#8090a0), a radiance (0.5,0.5,0.5), or sky",
@@ -289,6 +294,8 @@ InputConfig readConfig(const RunOptions& options) {
                        const std::string& option) {
     if (!value.empty()) root = config::withSetting(root, name, json, option + " " + value);
   };
+  if (!options.camera.empty()) root = config::without(root, {"path"});
+  set("camera", options.camera, config::jsonString(options.camera), "--camera");
   set("environment", options.environment, config::jsonString(options.environment), "--environment");
   set("frames", options.frames, config::jsonString(options.frames), "--frames");
   set("device", options.device, config::jsonString(options.device), "--device");

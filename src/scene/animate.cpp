@@ -326,4 +326,12 @@ WorldVertices worldVertices(const Scene& scene, const Object& object, const Pose
   return result;
 }
 
+Box3 boundsAtStart(const Scene& scene) {
+  const Pose pose = poseAt(scene, 0.0);
+  Box3 bounds;
+  for (const Object& object : scene.objects)
+    for (const Vec3& p : worldVertices(scene, object, pose).positions) bounds.extend(p);
+  return bounds;
+}
+
 }  // namespace catoptric::scene

@@ -38,4 +38,7 @@ struct WorldVertices {
 };
 WorldVertices worldVertices(const Scene& scene, const Object& object, const Pose& pose);
 
+/// The box of all objects at time 0, in world space.
+Box3 boundsAtStart(const Scene& scene);
+
 }  // namespace catoptric::scene

@@ -70,9 +70,11 @@ class CameraPath {
 /// paths that name a glTF camera. Throws UsageError with the place in the file.
 std::unique_ptr<CameraPath> loadPath(const std::filesystem::path& file, const Scene& scene);
 
-/// A path over the scene's animation with the scene's first camera. If the scene has no camera, the
-/// path uses one in front of the scene that shows all of it.
-std::unique_ptr<CameraPath> defaultPath(const Scene& scene);
+/// A path over the scene's animation by a camera that is named: the scene's camera of this name,
+/// "front" or "three_quarter" (they show the whole scene), "turntable:N" (N frames around it), or
+/// EYE/TARGET[/FOV], such as "2,1,3/0,0.5,0/45" (metres, degrees). Empty: the scene's first camera,
+/// otherwise "front". Throws UsageError.
+std::unique_ptr<CameraPath> cameraPath(const std::string& text, const Scene& scene);
 
 /// Parses "1-100x2,120": ranges, steps and single frames. The result is ascending and without
 /// duplicates. Throws UsageError that shows the place. `count` is the largest allowed number.

@@ -244,7 +244,11 @@ const OptionTable<RunConfig>& runTable() {
        readApart(fields::any("comment", "Any text; ignored.")),
        readApart(fields::required(
            fields::text("scene", "A .gltf or .glb file, or a scene description (.json)."))),
-       readApart(fields::text("path", "Camera path (.json) [the scene's own camera].")),
+       readApart(fields::text("path", "Camera path (.json) [`camera`].")),
+       field(
+           &RunConfig::camera, "camera",
+           "In place of a path: a camera's name, `front`, `three_quarter`, `turntable:48` (frames) "
+           "or EYE/TARGET/FOV, as 2,1,3/0,0.5,0/45 [the first camera, or front]."),
        readApart(fields::text(
            "environment",
            "Replaces the scene's environment light: an image (latitude-longitude, .exr or .hdr), a "
@@ -387,6 +391,8 @@ void readFiles(RunConfig& run, const Value& root, const std::filesystem::path& f
     run.path = resolved(root.get("path"), file);
     run.pathReference = root.get("path").place().text();
   }
+  if (root.has("path") && root.has("camera"))
+    errors.add(root.get("camera"), "has no effect beside \"path\"; remove one");
   if (root.has("environment"))
     errors.collect([&] {
       const Value environment = root.get("environment");
@@ -424,8 +430,9 @@ std::string effectiveText(const RunConfig& run, const Value& root) {
     method.addSettings(text);
     methodTexts.push_back(text.object());
   }
-  return config::JsonText()
-      .add("scene", run.scene.generic_string())
+  config::JsonText text;
+  if (!run.camera.empty()) text.add("camera", run.camera);
+  return text.add("scene", run.scene.generic_string())
       .add("path", run.path.generic_string())
       .add("environment", root.has("environment") ? root.get("environment").asString() : "")
       .add("frames", run.frames)

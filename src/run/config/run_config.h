@@ -61,8 +61,9 @@ struct RunConfig {
   std::filesystem::path file;   ///< the config, or a scene file given without a config
   std::filesystem::path scene;  ///< .gltf, .glb, or a description
   std::string sceneReference;   ///< where the scene is named: config, line, pointer
-  std::filesystem::path path;   ///< camera path; empty: the scene's own camera
+  std::filesystem::path path;   ///< camera path; empty: `camera`
   std::string pathReference;    ///< where the path is named
+  std::string camera;           ///< see scene::cameraPath()
   std::optional<scene::Environment> environment;  ///< replaces the scene's own
   std::string frames;                             ///< empty: all frames of the path
   methods::RunSettings image;

@@ -244,7 +244,7 @@ std::unique_ptr<methods::Method> listeners(const scene::Scene& scene,
 
 TEST(Mixture, RestartsWhereAllItsMethodsDo) {
   const std::unique_ptr<methods::Method> mixed = listeners(room());
-  const auto path = scene::defaultPath(room());
+  const auto path = scene::cameraPath("", room());
   for (int number = 1; number <= 13; ++number)
     EXPECT_EQ(mixed->restartsAt(*path, number), number % 6 == 1) << number;
 }

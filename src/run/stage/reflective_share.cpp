@@ -13,7 +13,7 @@ namespace catoptric::run {
 double reflectiveShare(const scene::Scene& scene) {
   if (scene.reflectorCount() == 0) return 0.0;
   constexpr int kRays = 128;  ///< per axis; ours
-  const scene::PathFrame first = scene::defaultPath(scene)->frame(1);
+  const scene::PathFrame first = scene::cameraPath("", scene)->frame(1);
   const frame::Geometry geometry =
       frame::makeGeometry(scene, scene::poseAt(scene, first.timeSeconds));
   const trace::TraceScene trace(scene, geometry, trace::BvhPolicy::Static);

@@ -97,7 +97,8 @@ Stage::Stage(const RunConfig& run) : run_(run) {
   });
   for (const std::string& warning : scene_.warnings) log::warning(warning);
   timer_.measure("path", [&] {
-    path_ = run_.path.empty() ? scene::defaultPath(scene_) : scene::loadPath(run_.path, scene_);
+    path_ = run_.path.empty() ? scene::cameraPath(run_.camera, scene_)
+                              : scene::loadPath(run_.path, scene_);
   });
   run_.image.path = path_.get();
   if (run_.frames.empty()) {

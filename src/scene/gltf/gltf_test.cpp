@@ -428,10 +428,10 @@ TEST_F(Gltf, CamerasKeepTheirNearPlaneAndHaveNoFarPlane) {
   const Scene infinite =
       loadWith(R"({"type":"perspective","perspective":{"yfov":0.75,"znear":0.25}})");
   ASSERT_EQ(infinite.cameras.size(), 1u);
-  EXPECT_FLOAT_EQ(defaultPath(infinite)->frame(1).camera.nearMetres, 0.25f);
+  EXPECT_FLOAT_EQ(cameraPath("", infinite)->frame(1).camera.nearMetres, 0.25f);
   const Scene far =
       loadWith(R"({"type":"perspective","perspective":{"yfov":0.75,"znear":0.25,"zfar":0.5}})");
-  EXPECT_EQ(defaultPath(far)->frame(1).camera, defaultPath(infinite)->frame(1).camera);
+  EXPECT_EQ(cameraPath("", far)->frame(1).camera, cameraPath("", infinite)->frame(1).camera);
   const Scene orthographic = loadWith(
       R"({"type":"orthographic","orthographic":{"xmag":1,"ymag":1,"znear":0.25,"zfar":1}})");
   EXPECT_TRUE(orthographic.cameras.empty());

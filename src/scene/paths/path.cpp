@@ -1,6 +1,9 @@
 #include "scene/paths/path.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <memory>
 
@@ -241,28 +244,126 @@ std::unique_ptr<CameraPath> loadPath(const std::filesystem::path& file, const Sc
   return makePath(config::parseFile(file), scene);
 }
 
-std::unique_ptr<CameraPath> defaultPath(const Scene& scene) {
+namespace {
+
+constexpr float kFitFovRad = radians(45.0f);
+
+/// As long as the scene's animation.
+PathSettings settingsFor(const Scene& scene) {
   PathSettings common;
   common.frames = std::clamp(
       static_cast<int>(std::floor(static_cast<double>(scene.duration()) * common.fps)) + 1, 1,
       kMaxPathFrames);
-  if (!scene.cameras.empty()) {
-    return std::make_unique<SceneCameraPath>(common, scene, scene.cameras.front(), false);
-  }
+  common.origin = scene.origin;
+  return common;
+}
 
-  // No camera: from the front and a little above, so far away that the bounding sphere fits.
+/// How far from the scene's centre a camera sees all of it, in an image that is at least as wide as
+/// high. `direction`: from the scene to the camera, unit length.
+float distanceToFit(const Scene& scene, const Vec3& centre, const Vec3& direction) {
+  constexpr float kMargin = 1.05f;  ///< ours
+  const Camera camera = lookAt(centre + direction, centre, {0, 1, 0}, kFitFovRad);
+  const Mat3 axes(camera.worldFromCamera);
+  const float slope = 1.0f / std::tan(0.5f * kFitFovRad);
+  float distance = 1e-3f;
   const Pose pose = poseAt(scene, 0.0);
-  Box3 bounds;
-  for (const Object& object : scene.objects) {
-    for (const Vec3& p : worldVertices(scene, object, pose).positions) bounds.extend(p);
+  for (const Object& object : scene.objects)
+    for (const Vec3& p : worldVertices(scene, object, pose).positions) {
+      const Vec3 q = (p - centre) * axes;
+      distance = std::max(distance, q.z + slope * std::max(std::abs(q.x), std::abs(q.y)));
+    }
+  return kMargin * distance;
+}
+
+/// `direction`: from the scene to the camera.
+std::unique_ptr<CameraPath> fitting(const Scene& scene, const Vec3& direction) {
+  const Vec3 centre = boundsAtStart(scene).centre();
+  const Vec3 towards = glm::normalize(direction);
+  const float distance = distanceToFit(scene, centre, towards);
+  PathSettings common = settingsFor(scene);
+  common.fovRad = kFitFovRad;
+  common.nearMetres = std::min(0.01f, 0.01f * distance);
+  return std::make_unique<FixedPath>(
+      common, lookAt(centre + distance * towards, centre, common.up, common.fovRad));
+}
+
+std::unique_ptr<CameraPath> turntable(const Scene& scene, int frames) {
+  constexpr int kDirections = 8;     ///< in which the scene must fit; ours
+  constexpr float kHeight = 0.436f;  ///< sine of the angle above the horizon
+  const Vec3 middle = boundsAtStart(scene).centre();
+  const float across = std::sqrt(1.0f - kHeight * kHeight);
+  float distance = 0.0f;
+  for (int i = 0; i < kDirections; ++i) {
+    const float turn = 2.0f * kPi * static_cast<float>(i) / kDirections;
+    const Vec3 towards(across * std::sin(turn), kHeight, across * std::cos(turn));
+    distance = std::max(distance, distanceToFit(scene, middle, towards));
   }
-  const float radius = std::max(0.5f * bounds.diameter(), 1e-3f);
-  common.fovRad = radians(45.0f);
-  common.nearMetres = std::min(0.01f, 0.01f * radius);
-  const float distance = radius / std::sin(0.5f * common.fovRad);
-  const Vec3 direction = glm::normalize(Vec3(0.0f, 0.25f, 1.0f));
-  return std::make_unique<FixedPath>(common, lookAt(bounds.centre() + distance * direction,
-                                                    bounds.centre(), common.up, common.fovRad));
+  const glm::dvec3 centre = glm::dvec3(middle) + scene.origin;
+  const Value path = config::parseText(
+      fmt::format(R"({{"frames": {}, "fov": {}, "near": {},
+                      "orbit": {{"center": [{}, {}, {}], "radius": {}, "height": {}}}}})",
+                  frames, degrees(kFitFovRad), std::min(0.01f, 0.01f * distance), centre.x,
+                  centre.y, centre.z, across * distance, kHeight * distance),
+      "turntable");
+  return makePath(path, scene);
+}
+
+/// EYE/TARGET[/FOV]. Throws UsageError where it is something else.
+std::unique_ptr<CameraPath> looking(const std::string& text, const Scene& scene) {
+  std::string numbers = text;
+  for (std::size_t at = 0; (at = numbers.find('/', at)) != std::string::npos; at += 4)
+    numbers.replace(at, 1, "], [");
+  const Value parts = config::parseText("[[" + numbers + "]]", "camera");
+  const std::vector<Value>& list = parts.asArray();
+  PathSettings common = settingsFor(scene);
+  common.fovRad = kFitFovRad;
+  if (list.size() > 2) {
+    const double fov = list[2].asArray().at(0).asNumber();
+    if (list.size() > 3 || list[2].asArray().size() > 1 || !(fov >= 0.001 && fov <= 179.9))
+      throw UsageError("the field of view is one number from 0.001 to 179.9 degrees");
+    common.fovRad = radians(static_cast<float>(fov));
+  }
+  const Vec3 eye = common.position(list.at(0));
+  const Vec3 target = common.position(list.at(1));
+  common.nearMetres = std::min(0.01f, 0.01f * glm::length(target - eye));
+  return std::make_unique<FixedPath>(common,
+                                     common.lookingAt(1, eye, target, common.fovRad).camera);
+}
+
+}  // namespace
+
+std::unique_ptr<CameraPath> cameraPath(const std::string& text, const Scene& scene) {
+  std::vector<std::string> names;
+  for (const CameraDefinition& camera : scene.cameras) {
+    if (text.empty() || camera.name == text)
+      return std::make_unique<SceneCameraPath>(settingsFor(scene), scene, camera, false);
+    names.push_back(camera.name);
+  }
+  if (text.empty() || text == "front") return fitting(scene, {0.0f, 0.25f, 1.0f});
+  if (text == "three_quarter") return fitting(scene, {0.7f, 0.45f, 0.7f});
+  constexpr std::string_view kTurntable = "turntable:";
+  if (text.starts_with(kTurntable)) {
+    int frames = 0;
+    const char* const end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data() + kTurntable.size(), end, frames);
+    if (error == std::errc() && rest == end && frames >= 1 && frames <= kMaxPathFrames)
+      return turntable(scene, frames);
+    throw UsageError("camera \"" + text + "\": turntable:N takes a number of frames from 1 to " +
+                     std::to_string(kMaxPathFrames));
+  }
+  if (text.find('/') != std::string::npos &&
+      text.find_first_not_of("0123456789.,+-eE/ ") == std::string::npos) {
+    try {
+      return looking(text, scene);
+    } catch (const std::exception& error) {
+      throw UsageError("camera \"" + text +
+                       "\" is not EYE/TARGET/FOV, such as 2,1,3/0,0.5,0/45: " + error.what());
+    }
+  }
+  for (const char* const kind : {"front", "three_quarter", "turntable:48"})
+    if (std::ranges::find(names, kind) == names.end()) names.emplace_back(kind);
+  throw UsageError("camera: the scene has no \"" + text + "\"" + didYouMean(text, names) +
+                   "; allowed: " + joined(names, ", ") + ", or EYE/TARGET/FOV");
 }
 
 }  // namespace catoptric::scene

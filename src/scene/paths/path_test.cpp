@@ -205,9 +205,63 @@ TEST(Path, SceneCamerasHaveTheirNearPlaneUnlessThePathSaysOne) {
   };
   EXPECT_FLOAT_EQ(nearOf(R"({"gltf_camera": ""})"), 1e-5f);
   EXPECT_FLOAT_EQ(nearOf(R"({"gltf_camera": "", "near": 0.5})"), 0.5f);
-  EXPECT_FLOAT_EQ(defaultPath(scene)->frame(1).camera.nearMetres, 1e-5f);
+  EXPECT_FLOAT_EQ(cameraPath("", scene)->frame(1).camera.nearMetres, 1e-5f);
   scene.cameras[0].nearMetres = 0.0f;  // not said
   EXPECT_FLOAT_EQ(nearOf(R"({"gltf_camera": ""})"), 0.01f);
+}
+
+TEST(Path, CamerasAreNamedOrGivenByNumbers) {
+  // A box of 2 x 4 x 6 m, about (5, 0, 0), in a scene far away
+  Scene scene;
+  scene.origin = {1e6, 0, 0};
+  scene.meshes.resize(1);
+  scene.objects.push_back({.name = "box", .mesh = 0});
+  for (const float x : {4.0f, 6.0f})
+    for (const float y : {-2.0f, 2.0f})
+      for (const float z : {-3.0f, 3.0f}) scene.meshes[0].positions.emplace_back(x + 1e6f, y, z);
+  scene.meshes[0].normals.assign(8, Vec3(0, 1, 0));
+  scene.cameras.resize(1);
+  scene.cameras[0].name = "hall";
+  scene.cameras[0].verticalFovRad = 0.5f;
+  const auto cameraOf = [&](const std::string& text) {
+    return cameraPath(text, scene)->frame(1).camera;
+  };
+  EXPECT_FLOAT_EQ(cameraOf("").verticalFovRad, 0.5f);
+  EXPECT_FLOAT_EQ(cameraOf("hall").verticalFovRad, 0.5f);
+  const Camera given = cameraOf("1000005,1,3/1000005,1,0/30");
+  EXPECT_EQ(given.eye(), Vec3(5, 1, 3));
+  EXPECT_NEAR(given.forward().z, -1.0f, 1e-6f);
+  EXPECT_FLOAT_EQ(given.verticalFovRad, radians(30.0f));
+  EXPECT_FLOAT_EQ(cameraOf("1000005,1,3/1000005,1,0").verticalFovRad, radians(45.0f));
+  // All corners are in the image, the outermost at 5 % from its edge at most
+  const auto showsTheBox = [&](const Camera& camera) {
+    const Mat4 clip = clipFromCamera(camera, 1.0f) * cameraFromWorld(camera);
+    float most = 0.0f;
+    for (const Vec3& p : scene.meshes[0].positions) {
+      const Vec4 at = clip * Vec4(p - Vec3(1e6f, 0, 0), 1.0f);
+      most = std::max({most, std::abs(at.x / at.w), std::abs(at.y / at.w)});
+    }
+    EXPECT_LT(most, 1.0f);
+    return most;
+  };
+  for (const char* name : {"front", "three_quarter"}) EXPECT_GT(showsTheBox(cameraOf(name)), 0.9f);
+  const auto around = cameraPath("turntable:4", scene);
+  ASSERT_EQ(around->count(), 4);
+  for (int i = 1; i <= 4; ++i) showsTheBox(around->frame(i).camera);
+  EXPECT_NEAR(around->frame(1).camera.forward().z, -around->frame(3).camera.forward().z, 1e-4f);
+  const auto error = [&](const std::string& text) -> std::string {
+    try {
+      cameraOf(text);
+    } catch (const UsageError& refused) {
+      return refused.what();
+    }
+    return "no error";
+  };
+  EXPECT_THAT(error("hal"), HasSubstr("did you mean \"hall\""));
+  EXPECT_THAT(error("turntable:0"), HasSubstr("from 1 to"));
+  EXPECT_THAT(error("1,2/3"), HasSubstr("is not EYE/TARGET/FOV"));
+  EXPECT_THAT(error("1,2,3/1,2,3"), HasSubstr("same point"));
+  EXPECT_THAT(error("1,2,3/0,0,0/180"), HasSubstr("from 0.001 to 179.9"));
 }
 
 TEST(Path, ATargetAtTheCameraIsRefused) {
