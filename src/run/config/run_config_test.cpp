@@ -92,7 +92,8 @@ TEST(RunConfig, AllErrorsAtOnceWithPlaces) {
       messageOf("{\"scene\": \"a\",\n\"frame\": \"1\",\n\"image\": {\"samples\": 9},\n\"methods\": "
                 "[\"tracd\",\n{\"method\": \"traced\", \"bvh\": \"refitt\"}, {\"bvh\": 1}]}"),
       "configs/f.json:2: /frame: unknown name \"frame\" (did you mean \"frames\"?); allowed: "
-      "$schema, comment, scene, path, environment, frames, image, methods, errors, preview, sweep, "
+      "$schema, comment, scene, path, camera, environment, frames, image, methods, errors, "
+      "preview, sweep, "
       "seed, "
       "device, "
       "threads\n"
@@ -113,6 +114,8 @@ TEST(RunConfig, AllErrorsAtOnceWithPlaces) {
       messageOf("{\"scene\": \"a\", \"methods\": [{\"method\": \"traced\", \"name\": \"../x\"}]}"),
       "configs/f.json:1: /methods/0/name: \"../x\" cannot name a folder; allowed: letters, "
       "digits, _ - .");
+  EXPECT_THAT(messageOf(R"({"scene": "a", "path": "b", "camera": "front"})"),
+              testing::HasSubstr("/camera: has no effect beside \"path\"; remove one"));
 }
 
 TEST(RunConfig, MethodOptionSelectsAndAdds) {
