@@ -13,7 +13,7 @@ TEST(SecondOrder, WhatFallsBackIsMarkedAndCounted) {
   // Clusters that are all too small to search
   const Comparison frame(
       roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f)),
-      cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), "{}", kNoClusters);
+      cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), imagesAlone(), kNoClusters);
   EXPECT_EQ(frame.output.counters.at("clusters"), 0u);
   EXPECT_EQ(frame.output.counters.at("planar_clusters"), 0u);
   EXPECT_EQ(frame.output.counters.at("unclustered"), frame.samples);

@@ -14,7 +14,8 @@ const std::vector<StepInfo>& stepInfos() {
       {"intersect", "frames", "reflected rays are intersected with the depth images"},
       {"compare", "frames", "the probes are compared with the depth images"},
       {"recompute", "frames",
-       "Embree traces clusters that reflect their own object, or whose probes differ"},
+       "Embree traces small clusters, and those that reflect their own object or whose probes "
+       "differ"},
       {"disocclusions", "frames",
        "with image.count_disocclusions: Embree checks which samples missed a surface",
        StepKind::Check},
@@ -26,7 +27,9 @@ const std::vector<CounterInfo>& counterInfos() {
   constexpr const char* kDisocclusions = "image.count_disocclusions";
   static const std::vector<CounterInfo> counters = {
       {"reflective_samples", "reflective samples"},
-      {"unclustered", "reflective samples in no cluster, which use the cube map"},
+      {"unclustered",
+       "reflective samples in no cluster, which use the cube map; with probes only those of "
+       "refractive objects and in scenes with flat mirrors alone; Embree traces the others"},
       {"environment",
        "clustered samples with a ray that passed behind a surface or left its image, and uses the "
        "cube map"},
@@ -47,7 +50,7 @@ const std::vector<CounterInfo>& counterInfos() {
       {"planar_samples", "samples in planar clusters"},
       {"concave_clusters", "concave clusters"},
       {"probes", "samples that Embree traced to estimate the clusters' errors"},
-      {"retraced", "samples of clusters that Embree traced"},
+      {"retraced", "samples that Embree traced"},
       {"small_clusters", "clusters that are traced because a depth image would cost more"},
       {"self_seeing_clusters", "clusters that are traced because they reflect their own object"},
       {"erring_clusters",

@@ -56,9 +56,9 @@ Retrace::Retrace(const Options& options, const RunSettings& settings, const scen
   options_.rays = options.camera.rays;
   options_.bounces = 1;
   options_.fresnelSchlick = settings.fresnelSchlick;
-  refracts_.push_back(false);
+  traceable_.push_back(false);
   for (const scene::Object& object : scene.objects)
-    refracts_.push_back(scene.materials[object.material].refraction > 0.0f);
+    traceable_.push_back(!(scene.materials[object.material].refraction > 0.0f));
   gather_ = gl::Program::fullScreen("reflection at probes",
                                     "methods/second_order/shaders/probes.frag", {});
 }
@@ -91,7 +91,7 @@ void Retrace::choose(const Clustering& clustering) {
         const SampleRun& run = block.runs[r];
         const std::uint32_t c = block.slots[run.slot];
         const bool probed =
-            !clusters[c].retraced && !refracts_[static_cast<std::size_t>(clusters[c].object)];
+            !clusters[c].retraced && traceable_[static_cast<std::size_t>(clusters[c].object)];
         for (; probed && next[c] < passed[c] + run.count; next[c] += stride[c])
           probes_.push_back({c, static_cast<std::uint16_t>(run.x + next[c] - passed[c]), y});
         passed[c] += run.count;
@@ -180,7 +180,7 @@ bool Retrace::traces(const Clustering& clustering, std::size_t at, std::size_t x
   if (known < 2) return false;
   if (known == Clustering::kRetraced) return true;
   const std::uint32_t cluster = known - 2u;
-  if (byLamp && !refracts_[static_cast<std::size_t>(clustering.clusters()[cluster].object)])
+  if (byLamp && traceable_[static_cast<std::size_t>(clustering.clusters()[cluster].object)])
     return true;
   if (!clustering.clusters()[cluster].retraced) return false;
   return largeOf_[cluster] == kNotLarge || probed_[cluster].meanError() > probeError_ ||
@@ -260,6 +260,13 @@ void Retrace::readRows(const raster::GBuffer& gbuffer, const SampleTiles& tiles,
     const int first = cluster.top / SampleTiles::kSize;
     const int last = (cluster.bottom - 1) / SampleTiles::kSize;
     std::fill(rowTraced_.begin() + first, rowTraced_.begin() + last + 1, std::uint8_t{1});
+  }
+  const std::span<const std::uint16_t> clusterOf = clustering.clusterOf();
+  for (std::size_t row = 0; row < rowTraced_.size() && clustering.samplesAlone() > 0; ++row) {
+    const std::size_t first = row * SampleTiles::kSize * width;
+    const auto samples =
+        clusterOf.subspan(first, std::min(SampleTiles::kSize * width, clusterOf.size() - first));
+    if (std::ranges::find(samples, Clustering::kRetraced) != samples.end()) rowTraced_[row] = 1;
   }
   const auto columns = static_cast<std::size_t>(tiles.columns());
   byLamp_.assign(columns * rowTraced_.size(), 0);

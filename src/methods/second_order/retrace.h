@@ -42,9 +42,9 @@ class Retrace {
                std::span<const float> weight);
   /// Whether a cluster, or one of its cells, differs too much from its probes.
   bool errs(std::size_t cluster) const;
-  /// Whether an object is refractive. It has no probes, because this method shades it as a mirror
-  /// and Embree does not.
-  bool refracts(std::size_t object) const { return refracts_[object]; }
+  /// By object id: whether its samples may be traced. Those of refractive objects may not, because
+  /// this method shades them as mirrors and Embree does not.
+  const std::vector<bool>& traceable() const { return traceable_; }
   /// One entry per cluster; empty for planar mirrors and for clusters that are already traced.
   std::span<const Probed> probed() const { return probed_; }
 
@@ -55,9 +55,9 @@ class Retrace {
     /// Rays below the horizon, only of samples with Clustering::kRetraced.
     std::uint64_t belowHorizon = 0;
   };
-  /// Traces the samples of all clusters with Cluster::traced, of cells with too large an error, and
-  /// of tiles with samples that see lamps. Writes GBuffer::reflection and, if requested,
-  /// GBuffer::masks.
+  /// Traces all samples with Clustering::kRetraced, of clusters with Cluster::retraced those in
+  /// cells with too large an error, and those of tiles with samples that see lamps. Writes
+  /// GBuffer::reflection and, if requested, GBuffer::masks.
   Done run(const FrameInput& input, Services& services, const raster::GBufferCopy& gbuffer,
            const Clustering& clustering, const RayPass& shown);
 
@@ -88,7 +88,7 @@ class Retrace {
   trace::ReflectionOptions options_;
   frame::ObjectSet own_;  ///< reflectors that the method shades
   bool masks_;
-  std::vector<bool> refracts_;  ///< by object id
+  std::vector<bool> traceable_;
   std::vector<Probe> probes_;
   std::vector<Vec3> seen_;  ///< traced radiance of the probes
   std::vector<Probed> probed_;

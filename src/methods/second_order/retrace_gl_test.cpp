@@ -25,8 +25,27 @@ TEST(Retrace, EveryClusterThatIsTracedEqualsItsRays) {
   EXPECT_EQ(frame.meanDifference, 0.0);
 }
 
+TEST(Retrace, SamplesInNoClusterAreTraced) {
+  const BesideOptions noClusters{[](Options& options) { options.cluster.minSamples = 1000000; }};
+  const scene::Camera camera = cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f});
+  scene::Scene scene = roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f));
+  const Comparison frame(scene, camera, kProbed, noClusters);
+  EXPECT_GT(frame.samples, 10000u);
+  EXPECT_EQ(frame.output.counters.at("clusters"), 0u);
+  EXPECT_EQ(frame.output.counters.at("unclustered"), 0u);
+  EXPECT_EQ(frame.output.counters.at("retraced"), frame.samples);
+  EXPECT_EQ(marked(frame, raster::kMaskRetraced), frame.samples);
+  EXPECT_EQ(marked(frame, raster::kMaskEnvironment), 0u);
+  EXPECT_EQ(frame.meanDifference, 0.0);
+  // A refractive object is mirrored: Embree would show what it refracts
+  scene.materials[scene.objects[0].material].refraction = 1.5f;
+  const Comparison glass(scene, camera, kProbed, noClusters);
+  EXPECT_EQ(glass.output.counters.at("unclustered"), frame.samples);
+  EXPECT_EQ(glass.output.counters.at("retraced"), 0u);
+}
+
 TEST(Retrace, ClustersWhoseProbesErrMoreThanProbeErrorAreTraced) {
-  // Every sample is a probe, and every cluster has a depth image.
+  // Every sample is a probe and in a cluster, and every cluster has a depth image.
   const auto frameWith = [](const std::string& probeError) {
     return Comparison(roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f)),
                       cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}),
@@ -34,6 +53,7 @@ TEST(Retrace, ClustersWhoseProbesErrMoreThanProbeErrorAreTraced) {
                       {[](Options& options) {
                         options.leastImageRays = 0;
                         options.selfHitShare = 1.0f;
+                        options.cluster.minSamples = 1;
                       }});
   };
   constexpr double kProbeError = 1.5;

@@ -83,8 +83,8 @@ MethodPlan SecondOrder::plan(const scene::Scene& scene, const RunSettings& setti
          "a few samples of curved and glossy clusters are traced, to estimate their error", 0});
     plan.items.push_back(
         {"pass", "compare", "the depth images are compared with these samples", 0});
-    plan.items.push_back(
-        {"pass", "recompute", "Embree traces clusters whose error is too large", 0});
+    plan.items.push_back({"pass", "recompute",
+                          "Embree traces small clusters, and those whose error is too large", 0});
     plan.items.push_back({"resource", "traced samples", "what is uploaded", samples * 16});
   }
   return plan;
@@ -132,7 +132,8 @@ void SecondOrder::render(const FrameInput& input, Services& services, FrameOutpu
   output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
   timer.measure("readback", [&] { raster::readBack(gbuffer, reflectors_.levelsVary, copy_); });
   timer.measure("cluster", [&] {
-    clustering_.build(copy_, camera, reflectors_.kinds, options_.cluster);
+    clustering_.build(copy_, camera, reflectors_.kinds, options_.cluster,
+                      retrace_ ? retrace_->traceable() : std::vector<bool>());
     if (retrace_) leaveSmallOnes(output.counters);
   });
   std::vector<ClusterCamera> cameras;
@@ -215,7 +216,7 @@ void SecondOrder::leaveSmallOnes(Counters& counters) {
     const bool flat = cluster.planar && reflectors_.kinds[object] == ReflectorKind::Mirror;
     const int rays = static_cast<int>(cluster.samples) *
                      trace::lobeRays(cluster.widestLobe, options_.camera.rays);
-    if (flat || retrace_->refracts(object) || rays >= options_.leastImageRays) continue;
+    if (flat || !retrace_->traceable()[object] || rays >= options_.leastImageRays) continue;
     retraced[i] = 1;
     ++counters["small_clusters"];
   }
@@ -256,7 +257,9 @@ void SecondOrder::retraceWhatErrs(const FrameInput& input, Services& services, C
       ++counters["erring_clusters"];
     }
   });
-  if (std::ranges::count(retraced, 1) == 0 && !rayPass_->anySeesLamp()) return;
+  if (std::ranges::count(retraced, 1) == 0 && clustering_.samplesAlone() == 0 &&
+      !rayPass_->anySeesLamp())
+    return;
   services.timer.measure("recompute", [&] {
     clustering_.markRetraced(retraced);
     const Retrace::Done done = retrace_->run(input, services, copy_, clustering_, *rayPass_);

@@ -365,9 +365,10 @@ Clustering::Clustering() : work_(std::make_unique<Work>()) {}
 Clustering::Clustering(Clustering&&) noexcept = default;
 Clustering::~Clustering() = default;
 
-void Clustering::makeClusters(int minSamples) {
+void Clustering::makeClusters(int minSamples, const std::vector<bool>& retraced) {
   clusters_.clear();
   unclustered_ = 0;
+  alone_ = 0;
   work_->sumParts();
   const ObjectBins& bins = work_->bins;
   std::vector<std::uint16_t>& clusterOfPart = work_->clusterOfPart;
@@ -390,7 +391,12 @@ void Clustering::makeClusters(int minSamples) {
         if (all.samples == 0) continue;
         if (all.samples < static_cast<std::uint32_t>(minSamples) ||
             clusters_.size() == kMostClusters) {
-          unclustered_ += all.samples;
+          if (!retraced.empty() && retraced[object]) {
+            clusterOfPart[kParts * bin + part] = kRetraced;
+            alone_ += all.samples;
+          } else {
+            unclustered_ += all.samples;
+          }
           continue;
         }
         Cluster cluster;
@@ -428,7 +434,7 @@ void Clustering::findClusterRuns(std::size_t b, int width, int bottom,
       const std::uint16_t known =
           work_->clusterOfPart[kParts * work.bins[run.slot / kParts].bin + run.slot % kParts];
       std::fill_n(start(y) + run.x, run.count, known);
-      if (known < 2) continue;
+      if (known < 2 || known == kRetraced) continue;
       // Of planar mirrors the plane says it all
       const std::size_t cluster = known - 2u;
       if (clusters_[cluster].planar &&
@@ -473,7 +479,8 @@ void Clustering::leaveToRetrace(std::span<const std::uint8_t> retraced) {
 }
 
 void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
-                       std::span<const ReflectorKind> kinds, const ClusterOptions& options) {
+                       std::span<const ReflectorKind> kinds, const ClusterOptions& options,
+                       const std::vector<bool>& retraced) {
   const FrameSamples frame{gbuffer, camera, kinds, gbuffer.sampleWidth(), gbuffer.sampleHeight()};
   const auto width = static_cast<std::size_t>(frame.width);
   const std::size_t blockCount = static_cast<std::size_t>((frame.height + kRows - 1) / kRows);
@@ -511,7 +518,7 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
   });
 
   // Clusters, their samples and rays
-  makeClusters(options.minSamples);
+  makeClusters(options.minSamples, retraced);
   forBlocks([&](std::size_t b, Rows rows) {
     findClusterRuns(b, frame.width, rows.bottom, kinds);
     reflectRays(blocks_[b]);

@@ -23,10 +23,12 @@ class Clustering {
   ~Clustering();
 
   /// Assigns the reflective samples of `gbuffer` to bins. A sample is reflective if its object's
-  /// kind is not None and, if the diffuse image was read, its s is above 0. The result does not
-  /// depend on the number of threads.
+  /// kind is not None and, if the diffuse image was read, its s is above 0. `retraced`, by object
+  /// id: samples in no cluster are left to retrace; empty: none are. The result does not depend on
+  /// the number of threads.
   void build(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
-             std::span<const ReflectorKind> kinds, const ClusterOptions& options);
+             std::span<const ReflectorKind> kinds, const ClusterOptions& options,
+             const std::vector<bool>& retraced = {});
 
   const std::vector<Cluster>& clusters() const { return clusters_; }
   /// Sets Cluster::traced.
@@ -41,6 +43,8 @@ class Clustering {
 
   std::uint64_t reflectiveSamples() const { return reflective_; }
   std::uint64_t samplesInNoCluster() const { return unclustered_; }
+  /// Samples that were left to retrace because they are in no cluster.
+  std::uint64_t samplesAlone() const { return alone_; }
   int visibleObjects() const { return visibleObjects_; }  ///< n_v
   /// How often the bins along each angle were halved because there were more than kMostBins.
   int timesHalved() const { return halved_; }
@@ -55,7 +59,7 @@ class Clustering {
  private:
   struct Work;
   /// Makes a cluster of each part of a bin with enough samples, in the order of objects and bins.
-  void makeClusters(int minSamples);
+  void makeClusters(int minSamples, const std::vector<bool>& retraced);
   /// Finds the runs of equal clusters in block b, which ends before row `bottom`, and each sample's
   /// cluster.
   void findClusterRuns(std::size_t b, int width, int bottom, std::span<const ReflectorKind> kinds);
@@ -67,6 +71,7 @@ class Clustering {
   std::size_t height_ = 0;      ///< height of the frame in samples
   std::uint64_t reflective_ = 0;
   std::uint64_t unclustered_ = 0;
+  std::uint64_t alone_ = 0;
   int visibleObjects_ = 0;
   int halved_ = 0;
   std::size_t binsKept_ = 0;

@@ -200,6 +200,30 @@ TEST_P(ClustersOf, AreTheSameForAnyNumberOfThreads) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ClustersOf, testing::Values(&hitSphereOrFloor, &hitWavyStairs));
 
+TEST(Clusters, SamplesInNoClusterAreLeftToRetrace) {
+  const scene::Camera camera = cameraAt({0.5f, 1.9f, 4.0f}, {0.3f, 0.3f, 0.0f});
+  const raster::GBufferCopy gbuffer = rasterized(camera, 0.0f, hitSphereOrFloor);
+  const std::vector<ReflectorKind> kinds(3, ReflectorKind::Mirror);
+  for (const bool kMeans : {false, true}) {
+    const ClusterOptions options{.minSamples = 400, .kMeans = kMeans};
+    Clustering plain;
+    plain.build(gbuffer, camera, kinds, options);
+    Clustering left;
+    left.build(gbuffer, camera, kinds, options, {false, true, true});
+    ASSERT_GT(plain.samplesInNoCluster(), 0u);
+    EXPECT_EQ(left.samplesInNoCluster(), 0u);
+    EXPECT_EQ(left.samplesAlone(), plain.samplesInNoCluster());
+    EXPECT_EQ(left.clusters().size(), plain.clusters().size());
+    std::vector<std::uint16_t> expected = plain.clusterOf();
+    std::ranges::replace(expected, std::uint16_t{1}, Clustering::kRetraced);
+    EXPECT_EQ(left.clusterOf(), expected);
+    // Not those of other objects
+    left.build(gbuffer, camera, kinds, options, {false, false, false});
+    EXPECT_EQ(left.clusterOf(), plain.clusterOf());
+    EXPECT_EQ(left.samplesAlone(), 0u);
+  }
+}
+
 TEST(Clusters, HaveABoundedNumberOfBins) {
   // Rough surfaces, a hundred objects, the most bins that options allow
   const scene::Camera camera = cameraAt({0.5f, 1.9f, 4.0f}, {0.3f, 0.3f, 0.0f});

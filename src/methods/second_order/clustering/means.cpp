@@ -194,7 +194,8 @@ std::vector<Sums> dealBlock(std::size_t b, std::size_t width, const Means& means
   // What has no runs has its number alone
   for (std::size_t at = b * Clustering::kRows * width;
        at < std::min((b + 1) * Clustering::kRows * width, clusterOf.size()); ++at) {
-    if (clusterOf[at] >= 2 && clusters[clusterOf[at] - 2u].planar) {
+    if (clusterOf[at] >= 2 && clusterOf[at] != Clustering::kRetraced &&
+        clusters[clusterOf[at] - 2u].planar) {
       clusterOf[at] = static_cast<std::uint16_t>(kept.numberOf[clusterOf[at] - 2u] + 2);
     }
   }

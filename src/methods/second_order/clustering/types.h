@@ -18,7 +18,8 @@ struct ClusterOptions {
   /// Factor on the paper's number of bins: with 1, small reflectors of an interior get one bin
   /// each. Not from the paper.
   float binDensity = 10.0f;
-  /// Samples of smaller clusters show the environment map. Not an option and not in the paper.
+  /// Samples of smaller clusters are traced or show the cube map. Not an option and not in the
+  /// paper.
   int minSamples = 16;
   /// Whether k-means with one mean per bin reassigns the samples of an object's curved clusters
   /// (the paper's future work).
