@@ -17,7 +17,7 @@ _catoptric() {
   esac
   local options=
   case $command in
-    render) options="--help --frames --camera --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --existing --chunk --keep-going --no-tables --wait --stop-within --dry-run --progress --repeats --ratio-to --amortize" ;;
+    render) options="--help --frames --camera --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --existing --chunk --keep-going --video --no-tables --wait --stop-within --dry-run --progress --repeats --ratio-to --amortize" ;;
     plan) options="--help --frames --camera --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir" ;;
     info) options="--help --json --quiet --verbose" ;;
     list) options="--help --schema --markdown --man --completion --json --quiet --verbose" ;;

@@ -52,6 +52,17 @@ TEST_F(App, ComparedFramesBecomeAFilm) {
               testing::AllOf(HasSubstr("-framerate 30 -i f.mp4.frames/%04d.png "),
                              HasSubstr(" f.mp4\n0001.png\n0002.png\n0003.png\n")));
   EXPECT_FALSE(fs::exists(folder / "f.mp4.frames"));
+  std::ofstream(folder / "bin/ffmpeg") << "#!/bin/sh\nls -L r.traced.mp4.frames > told.txt\n";
+  EXPECT_EQ(run("render run.json --frames 1,3 --out c --camera turntable:4 --video r.traced.mp4 "
+                "--method traced")
+                .exitCode,
+            0);
+  EXPECT_EQ(textOf(folder / "told.txt"), "0001.png\n0002.png\n");
+  std::ofstream(folder / "r.mp4") << "a film";
+  const Result refused = run("render run.json --method traced --out d --video r.mp4");
+  EXPECT_EQ(refused.exitCode, 2);
+  EXPECT_THAT(refused.err, HasSubstr("r.mp4 exists; remove it"));
+  EXPECT_FALSE(fs::exists(folder / "d"));
   ::setenv("PATH", "", 1);
   const Result without = run("compare b a --video f.mp4");
   ::setenv("PATH", path.c_str(), 1);

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "app/commands.h"
+#include "app/film.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/log.h"
@@ -46,30 +47,6 @@ std::string numbers(const std::vector<int>& frames) {
   std::string text;
   for (const int frame : frames) text += (text.empty() ? "" : ",") + std::to_string(frame);
   return text;
-}
-
-/// Frames per second of a film, as of the paths of our scenes.
-constexpr int kFilmRate = 30;
-
-/// Makes a film of the pictures in a folder, and removes them. Without ffmpeg they stay, and a
-/// message has the command that makes the film.
-void makeFilm(const std::filesystem::path& pictures, const std::filesystem::path& film) {
-  const std::string command = fmt::format(
-      "ffmpeg -nostdin -y -loglevel error -framerate {} -i {} -vf {} -pix_fmt yuv420p {}",
-      kFilmRate, shellWord((pictures / "%04d.png").string()),
-      shellWord("pad=ceil(iw/2)*2:ceil(ih/2)*2"), shellWord(film.string()));
-  const int status = std::system(command.c_str());
-  if (status == 0) {
-    log::info("film: " + film.string());
-    std::filesystem::remove_all(pictures);
-    return;
-  }
-  constexpr int kNotFound = 127;  // of a shell
-  const bool missing = WIFEXITED(status) && WEXITSTATUS(status) == kNotFound;
-  log::warning(film.string() +
-               (missing ? ": there is no ffmpeg here. With it, this command makes the film: "
-                        : ": ffmpeg failed, its message is above. The command: ") +
-               command);
 }
 
 /// Says what exceeds the limits; whether anything does.
@@ -117,11 +94,7 @@ ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
   measures.flip = options.flip;
   if (options.fail) measures.threshold = *options.fail;
   measures.forLimits = options.fail || options.hardFail || options.maxMean;
-  const std::string film = options.video.empty() ? "" : options.video + ".frames";
-  if (!film.empty() && std::filesystem::exists(film))
-    throw UsageError("--video " + options.video + ": " + film +
-                     ", the folder for its pictures, exists; remove it or choose another name");
-  if (!film.empty()) std::filesystem::create_directories(film);
+  const std::filesystem::path film = options.video.empty() ? "" : newFilmFolder(options.video);
   const report::RunComparison comparison =
       report::compareRuns(run, reference, measures, {options.out, film});
   const std::span<const report::RunComparison> one(&comparison, 1);
@@ -141,7 +114,7 @@ ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
   std::string text;
   for (const report::Table& table : tables)
     text += (text.empty() ? "" : "\n") + report::toText(table);
-  if (!film.empty()) makeFilm(film, options.video);
+  if (!film.empty()) makeFilm(options.video);
   printData(common.json ? report::errorJson(one) + "\n" : text);
   return exceeds(comparison, options) ? ExitCode::LimitsExceeded : ExitCode::Done;
 }

@@ -1,8 +1,11 @@
 // catoptric render.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <memory>
 #include <optional>
 
+#include "app/film.h"
 #include "app/plan_command.h"
 #include "app/report_output.h"
 #include "app/run_options.h"
@@ -11,6 +14,7 @@
 #include "core/log.h"
 #include "core/text.h"
 #include "methods/contract/method.h"
+#include "report/run_data.h"
 #include "run/folder/memory.h"
 #include "run/sequence/session.h"
 #include "scene/camera.h"
@@ -30,6 +34,7 @@ struct RenderOptions : RunOptions {
   bool dryRun = false;
   int repeats = 0;
   int amortize = 0;
+  std::string video;
   std::string ratioTo;  ///< empty: traced, else reference, else the first method
 };
 
@@ -164,6 +169,39 @@ std::optional<study::RepeatedTimes> repeatTimes(const RenderOptions& options,
   return times;
 }
 
+/// The film of a method: FILE, or FILE with the method's name before its extension.
+std::filesystem::path filmOf(const std::filesystem::path& file, const run::RunConfig& run,
+                             const std::string& method) {
+  if (run.methods.size() == 1) return file;
+  std::filesystem::path name = file.stem();
+  name += "." + method;
+  name += file.extension();
+  return file.parent_path() / name;
+}
+
+/// Makes films of the methods' previews.
+void makeFilms(const std::filesystem::path& video, const run::RunConfig& run,
+               const std::vector<run::MethodResult>& results) {
+  for (const run::MethodResult& result : results) {
+    const std::filesystem::path film = filmOf(video, run, result.name);
+    const std::filesystem::path pictures = newFilmFolder(film);
+    int number = 0;
+    for (const auto& [frame, preview] : report::readSequence(result.folder).previews)
+      std::filesystem::create_symlink(std::filesystem::absolute(preview),
+                                      pictures / fmt::format("{:04}.png", ++number));
+    makeFilm(film);
+  }
+}
+
+/// A film that cannot be made is said before frames are rendered.
+void checkVideo(const std::filesystem::path& video, const run::RunConfig& run) {
+  if (video.empty()) return;
+  if (!run.preview.enabled)
+    throw UsageError("--video is made of previews; set preview.enabled to true");
+  for (const run::MethodConfig& method : run.methods)
+    std::filesystem::remove(newFilmFolder(filmOf(video, run, method.name)));
+}
+
 /// Options of --repeats that contradict others.
 void checkRepeats(const RenderOptions& options, const run::RunConfig& run) {
   if (!options.ratioTo.empty() && options.repeats == 0)
@@ -185,6 +223,7 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   ProgressPrinter printer(mode);
   const run::RunConfig run = readRun(options);
   checkRepeats(options, run);
+  checkVideo(options.video, run);
   session.out = outFolder(options, run);
   if (!run.errorsDropped.empty())
     log::info("errors against " + joined(run.errorsDropped, ", ") +
@@ -214,6 +253,7 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   printResults(run, results, session.out, anyFailed, options, common.json,
                repeatTimes(options, stage, session.out, printer));
   if (stopSignal() != 0) return stoppedCode();
+  if (!options.video.empty()) makeFilms(options.video, run, results);
   return anyFailed ? ExitCode::FramesFailed : ExitCode::Done;
 }
 
@@ -232,6 +272,11 @@ Command renderCommand(CommonOptions& common) {
              "merge` joins the parts"),
       flag("--keep-going", options->keepGoing,
            "If a frame fails, render the others; the exit code is then 6"),
+      option(
+          "--video", options->video, "FILE",
+          "Film of the previews, 30 frames per second; of several methods one each. Needs ffmpeg, "
+          "which knows the format by FILE's extension, such as .mp4 [none is made]",
+          {.notEmpty = true}),
       flag("--no-tables", options->noTables,
            "Write frames and their records, but no tables and no contact sheet"),
       option("--wait", options->wait, "SECONDS",

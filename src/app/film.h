@@ -1,0 +1,16 @@
+// Films by ffmpeg.
+#pragma once
+
+#include <filesystem>
+
+namespace catoptric::app {
+
+/// The folder for the pictures 0001.png, 0002.png, ... of a film. Throws UsageError if it or the
+/// film exists.
+std::filesystem::path newFilmFolder(const std::filesystem::path& film);
+
+/// Makes a film of the pictures in newFilmFolder(film), and removes them. Without ffmpeg they stay,
+/// and a message has the command that makes the film.
+void makeFilm(const std::filesystem::path& film);
+
+}  // namespace catoptric::app
