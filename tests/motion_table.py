@@ -38,7 +38,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=pathlib.Path)
     parser.add_argument("work", type=pathlib.Path)
-    parser.add_argument("--frames", default="1-120")
+    parser.add_argument("--frames", default="1-120", help="consecutive ones, at least the 8 that steady needs")
     parser.add_argument("--size", type=int, default=192)
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--methods", type=lambda text: text.split(","), default=METHODS)

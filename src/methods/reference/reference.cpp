@@ -14,6 +14,7 @@
 #include "core/log.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "methods/contract/layers.h"
 #include "methods/reference/places.h"
 #include "methods/shared/shared_options.h"
 #include "trace/lobes/reflect.h"
@@ -232,22 +233,17 @@ class Reference : public Method {
   }
 
  private:
-  static bool asks(const RunSettings& settings, const char* layer) {
-    return std::find(settings.layers.begin(), settings.layers.end(), layer) !=
-           settings.layers.end();
-  }
-
   /// In the order of the rasterizing methods' layers (run/method_source.cpp).
   Channels channelsOf(const RunSettings& settings) const {
     Channels c;
     c.add({"R", "G", "B", "A"});
-    if (asks(settings, "Z")) c.z = c.add({"Z"});
-    if (asks(settings, "N")) c.normal = c.add({"N.X", "N.Y", "N.Z"});
-    if (asks(settings, "reflection"))
+    if (asksFor(settings, "Z")) c.z = c.add({"Z"});
+    if (asksFor(settings, "N")) c.normal = c.add({"N.X", "N.Y", "N.Z"});
+    if (asksFor(settings, "reflection"))
       c.reflection = c.add({"reflection.R", "reflection.G", "reflection.B"});
-    if (asks(settings, "diffuse")) c.diffuse = c.add({"diffuse.R", "diffuse.G", "diffuse.B"});
-    if (asks(settings, "s")) c.s = c.add({"s"});
-    if (asks(settings, "id")) c.id = c.add({"id.object"});
+    if (asksFor(settings, "diffuse")) c.diffuse = c.add({"diffuse.R", "diffuse.G", "diffuse.B"});
+    if (asksFor(settings, "s")) c.s = c.add({"s"});
+    if (asksFor(settings, "id")) c.id = c.add({"id.object"});
     if (settings.masks)
       c.masks = c.add({"mask.environment", "mask.below_horizon", "mask.sky", "mask.reflective"});
     if (options_.stated() && options_.bounces != 1)

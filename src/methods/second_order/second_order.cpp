@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "methods/contract/layers.h"
 #include "methods/second_order/cameras/cluster_camera.h"
 #include "methods/second_order/disocclusions.h"
 #include "methods/second_order/reports.h"
@@ -167,7 +168,7 @@ void SecondOrder::render(const FrameInput& input, Services& services, FrameOutpu
   });
   if (retrace_) retraceWhatErrs(input, services, output.counters);
   report(cameras, triangles, output);
-  if (std::ranges::find(settings_.layers, kClusterLayer) != settings_.layers.end()) {
+  if (asksFor(settings_, kClusterLayer)) {
     const std::vector<std::uint16_t>& clusterOf = clustering_.clusterOf();
     SampleLayer& layer = output.sampleLayers.emplace_back(SampleLayer{kClusterLayer, {}});
     layer.numbers.assign(clusterOf.begin(), clusterOf.end());

@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/text.h"
+#include "methods/contract/layers.h"
 #include "methods/contract/restarts.h"
 #include "raster/scene_gpu/materials.h"
 #include "raster/scene_gpu/scene_gpu.h"
@@ -139,9 +140,7 @@ struct LayerSizes {
 };
 
 LayerSizes layerSizes(const methods::RunSettings& image, std::uint16_t filledMasks) {
-  const auto asked = [&](const char* name) {
-    return std::ranges::find(image.layers, name) != image.layers.end();
-  };
+  const auto asked = [&](const char* name) { return methods::asksFor(image, name); };
   LayerSizes sizes;
   for (const std::string& layer : image.layers) {
     const bool vector =

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/log.h"
 #include "gl/api.h"
+#include "methods/contract/layers.h"
 #include "raster/regions/screen.h"
 #include "run/folder/machine.h"
 #include "run/stage/motion_layer.h"
@@ -17,10 +18,6 @@
 
 namespace catoptric::run {
 namespace {
-
-bool asksFor(const methods::RunSettings& settings, const char* layer) {
-  return std::find(settings.layers.begin(), settings.layers.end(), layer) != settings.layers.end();
-}
 
 /// Objects with more triangles are taken as boxes (ours).
 constexpr std::uint32_t kManyTriangles = 4096;
@@ -286,24 +283,25 @@ image::Image MethodSource::readFrame(const scene::PathFrame& frame,
 
   timer_.measure("layers", [&] {
     SampleLayers layers;
-    layers.wantNormal = asksFor(settings, "N");
+    layers.wantNormal = methods::asksFor(settings, "N");
     if (layers.wantNormal || settings.masks) layers.normal = raster::readRgba(gbuffer_->normal);
-    if (asksFor(settings, "reflection")) layers.reflection = raster::readRgba(gbuffer_->reflection);
-    layers.wantDiffuse = asksFor(settings, "diffuse");
-    layers.wantSpecular = asksFor(settings, "s");
+    if (methods::asksFor(settings, "reflection"))
+      layers.reflection = raster::readRgba(gbuffer_->reflection);
+    layers.wantDiffuse = methods::asksFor(settings, "diffuse");
+    layers.wantSpecular = methods::asksFor(settings, "s");
     if (layers.wantDiffuse || layers.wantSpecular || settings.masks ||
-        asksFor(settings, "reflection"))
+        methods::asksFor(settings, "reflection"))
       layers.diffuse = raster::readRgba(gbuffer_->diffuse);
     layers.ids = std::move(sampleLayers);
-    const bool motion = asksFor(settings, "motion");
+    const bool motion = methods::asksFor(settings, "motion");
     const bool moved = motion && frame.number > 1;  // else nothing has
     std::vector<float> depth;
     std::vector<std::uint32_t> object;
-    if (moved || asksFor(settings, "Z")) depth = raster::readDepth(gbuffer_->depth);
-    if (moved || asksFor(settings, "id")) object = raster::readIds(gbuffer_->object);
+    if (moved || methods::asksFor(settings, "Z")) depth = raster::readDepth(gbuffer_->depth);
+    if (moved || methods::asksFor(settings, "id")) object = raster::readIds(gbuffer_->object);
     if (motion) layers.motion = motionOf(frame, depth, object);
-    if (asksFor(settings, "Z")) layers.depth = std::move(depth);
-    if (asksFor(settings, "id")) layers.object = std::move(object);
+    if (methods::asksFor(settings, "Z")) layers.depth = std::move(depth);
+    if (methods::asksFor(settings, "id")) layers.object = std::move(object);
     if (settings.masks) layers.masks = raster::readMasks(gbuffer_->masks);
     layers.filledMasks = needs_.masks;
     addLayers(image, layers, settings.samples, frame.camera.nearMetres);
