@@ -28,8 +28,7 @@ void Refinement::lookUp(std::size_t first, std::span<const Edge> edges) {
         place.reflections.count = 0;
         place.straight.reset();
       }
-      const bool blind =
-          !edges.empty() && isBlind(table_.places[edges[i].a], table_.places[edges[i].b]);
+      const bool blind = !edges.empty() && isBlind(edges[i]);
       if (blind)
         place.reflections =
             reflector_.reflectionsOf(place.position, own_, cursor, own.paths, &traced);

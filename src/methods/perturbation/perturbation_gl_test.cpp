@@ -135,6 +135,29 @@ TEST(Perturbation, ShowsWhatRaysSeeThroughALens) {
   EXPECT_GE(frame.output.counters["path_types"], 2u);
 }
 
+TEST(Perturbation, ShowsWhatStandsInTheFocusOfALens) {
+  // A small part of a wall, within a triangle, shows large and several times
+  for (const float x : {0.0f, -0.3f}) {
+    test::SceneBuilder builder;
+    const int glass = builder.reflective(1.0f);
+    builder.scene().materials[glass].refraction = 1.5f;
+    builder.add(scene::makeImplicit(implicit::ellipsoidSurface({0.62, 0.62, 0.2}), 48,
+                                    scene::UvMode::Metres),
+                glass, test::rotation(12.0f, {0.0f, 1.0f, 0.0f}));
+    scene::BoxShape room{.size = {6.0f, 3.0f, 5.3f}};
+    room.segments = {6, 3, 6};
+    room.inward = true;
+    builder.add(scene::makeBox(room, scene::UvMode::Metres), builder.diffuse({0.7f, 0.3f, 0.2f}));
+    builder.constantEnvironment(Vec3(0.5f, 0.6f, 0.8f));
+    Comparison frame(builder.scene(), cameraAt({x, 0.28f, 2.58f}, {0.0f, -0.1f, 0.0f}),
+                     R"({"bounces": 2})", {.bounces = 2});
+    EXPECT_GT(frame.samples, 15000u);
+    // Unless long images are halved: 5326 and 1005 uncovered samples, L1 24.6 and 4.6
+    EXPECT_LT(frame.output.counters["environment"], 400u) << x;
+    EXPECT_LT(frame.l1Of8Bit, 1.6) << x;
+  }
+}
+
 TEST(Perturbation, SeesThroughGlassThatDoesNotBendAsIfItWereNotThere) {
   test::SceneBuilder builder = stage(sphereMesh(0.4), test::translation({0.2f, 0.3f, 1.0f}));
   builder.scene().materials[builder.scene().objects[0].material].refraction = 1.0f;

@@ -79,10 +79,8 @@ class Refinement {
   /// Searches each end of an edge for the reflections of the other end, because the nearest rays do
   /// not lead to all reflections. Returns the flags of the edges.
   std::vector<std::uint8_t> spread(const std::vector<Edge>& edges);
-  /// Whether there may be reflections between two positions that neither of them has.
-  bool isBlind(const VertexPlace& a, const VertexPlace& b) const {
-    return hasBlind_ && table_.angleBetween(a.position, b.position) > kBlindEdge;
-  }
+  /// Whether there may be reflections between the ends of an edge that neither of them has.
+  bool isBlind(const Edge& edge) const;
 
   // The choice of edges to split: refinement.cpp
   /// The pixel at which a position appears without the last reflector, if known. Earlier reflectors
