@@ -92,7 +92,8 @@ class GlossyLod : public Method {
     output.counters["visits"] = counts.visits.nodes;
     output.counters["quads_tested"] = counts.visits.quads;
     output.counters["stopped"] = counts.visits.stopped;
-    output.counters["own_backs"] = counts.visits.ownBacks;
+    output.counters["lifted"] = counts.visits.lifted;
+    output.counters["self_hits"] = counts.visits.selfHits;
     output.counters["sides_shaded"] = counts.sidesShaded;
     report(output);
   }
@@ -229,9 +230,11 @@ const MethodEntry& glossyLodEntry() {
            {"visits", "visited nodes of the tree"},
            {"quads_tested", "tested quads (two triangles each)"},
            {"stopped", "of these, quads of coarser levels"},
-           {"own_backs",
-            "triangles that a ray ignores close to its origin, because they approximate the "
-            "surface that it leaves"},
+           {"lifted",
+            "points whose rays start on the image of their own object, because it lies above them"},
+           {"self_hits",
+            "hits that a ray passed because only the image of its own object is there, not the "
+            "object"},
            {"sides_shaded", "sides of charts whose radiance was computed in this frame"},
            {"charts", "charts of all reflected objects"},
            {"quads", "quads of the charts' finest level"},

@@ -8,7 +8,6 @@
 #include <random>
 #include <string>
 #include <thread>
-#include <tuple>
 #include <vector>
 
 #include "core/error.h"
@@ -448,76 +447,6 @@ TEST(GlossyLodHits, AverageOverThePerpendicularFootprint) {
         EXPECT_NEAR(met.metres, metres, 1e-5f) << cells << ' ' << alpha;
         EXPECT_NEAR(met.level, level, 1e-3f) << cells << ' ' << alpha;
       }
-  }
-}
-
-TEST(GlossyLodHits, DoNotMeetTheirOwnImageFromBelow) {
-  SceneBuilder builder;
-  builder.add(scene::makeIcosphere(1.0f, 5, scene::UvMode::Unit), builder.reflective(1.0f, 0.2f));
-  test::GlStage stage(builder.scene(), test::framesOf(16, 16, 1));
-  Rays rays(stage, {.size = 128});
-  // Outwards from a little below the sphere, from farther below, from its centre, and from outside
-  for (const float radius : {0.995f, 0.93f, 0.0f, -2.0f}) {
-    for (const std::uint32_t own : {0u, 1u}) {
-      std::mt19937 random(7);
-      std::normal_distribution<float> any(0.0f, 1.0f);
-      Visits visits;
-      std::size_t met = 0;
-      for (int turn = 0; turn < 50; ++turn) {
-        RayPacket packet;
-        packet.count = RayPacket::kMost;
-        for (std::size_t i = 0; i < packet.count; ++i) {
-          const Vec3 out = glm::normalize(Vec3(any(random), any(random), any(random)));
-          for (int axis = 0; axis < 3; ++axis) {
-            packet.origin[static_cast<std::size_t>(axis)][i] = radius * out[axis];
-            packet.direction[static_cast<std::size_t>(axis)][i] = out[axis];
-            packet.leaves[static_cast<std::size_t>(axis)][i] = out[axis];
-          }
-          packet.base[i] = packet.slope[i] = 0.0f;
-          packet.own[i] = own;
-        }
-        PacketHits hits;
-        traverse(rays.images.view(), packet, 0.0f, Levels::Adaptive, hits, visits);
-        for (std::size_t i = 0; i < packet.count; ++i) met += hits.node[i] != kNothing ? 1 : 0;
-      }
-      const bool passes = own == 1 && radius == 0.995f;
-      EXPECT_NEAR(static_cast<double>(met), passes ? 0.0 : 1600.0, 8.0) << radius << ' ' << own;
-      EXPECT_NEAR(static_cast<double>(visits.ownBacks), passes ? 1600.0 : 0.0, 8.0);
-    }
-  }
-}
-
-TEST(GlossyLodHits, DoNotMeetTheirOwnImageFromWithin) {
-  SceneBuilder builder;
-  builder.add(scene::makeIcosphere(1.0f, 5, scene::UvMode::Unit), builder.reflective(1.0f, 0.2f));
-  test::GlStage stage(builder.scene(), test::framesOf(16, 16, 1));
-  Rays rays(stage, {.size = 64});
-  // Inwards from a little above the image: the sphere's inside is seen. Then from farther out, and
-  // towards a surface that does not lie along the one that is left.
-  for (const auto& [radius, lean, own, passes] :
-       {std::tuple{1.002f, -1.0f, 1u, true}, std::tuple{1.002f, -1.0f, 0u, false},
-        std::tuple{1.5f, -1.0f, 1u, false}, std::tuple{1.002f, 1.0f, 1u, false}}) {
-    std::mt19937 random(7);
-    std::normal_distribution<float> any(0.0f, 1.0f);
-    Visits visits;
-    std::size_t far = 0;
-    RayPacket packet;
-    packet.count = RayPacket::kMost;
-    for (std::size_t i = 0; i < packet.count; ++i) {
-      const Vec3 out = glm::normalize(Vec3(any(random), any(random), any(random)));
-      for (int axis = 0; axis < 3; ++axis) {
-        packet.origin[static_cast<std::size_t>(axis)][i] = radius * out[axis];
-        packet.direction[static_cast<std::size_t>(axis)][i] = -out[axis];
-        packet.leaves[static_cast<std::size_t>(axis)][i] = lean * out[axis];
-      }
-      packet.base[i] = packet.slope[i] = 0.0f;
-      packet.own[i] = own;
-    }
-    PacketHits hits;
-    traverse(rays.images.view(), packet, 0.0f, Levels::Adaptive, hits, visits);
-    for (std::size_t i = 0; i < packet.count; ++i) far += hits.metres[i] > 1.9f ? 1 : 0;
-    EXPECT_EQ(far, passes ? packet.count : 0u) << radius << ' ' << lean << ' ' << own;
-    EXPECT_EQ(visits.ownBacks, passes ? packet.count : 0u);
   }
 }
 

@@ -168,6 +168,10 @@ void SceneImages::make(const scene::Scene& scene, const frame::Geometry& geometr
   tree_.build(
       grids_, vertices_, normals,
       options.order == Order::NearFirst ? middleOfReflectors(scene, geometry) : std::nullopt);
+  nodes_.assign(scene.objects.size(), {});
+  for (std::size_t c = 0; c < charts_.size(); ++c)
+    nodes_[static_cast<std::size_t>(charts_[c].object)].extend(
+        tree_.nodesOf(static_cast<std::uint32_t>(c)));
   packAtlas();
 }
 

@@ -55,6 +55,8 @@ class SceneImages {
   const ImageCounts& counts() const { return counts_; }
   glm::uvec2 atlasSize() const { return atlasSize_; }
   bool reflects(int object) const { return firstChart_[object] < firstChart_[object + 1]; }
+  /// The nodes of all charts of an object, and some of others between them.
+  const NodeRange& nodesOf(int object) const { return nodes_[static_cast<std::size_t>(object)]; }
   std::span<const PlacedChart> chartsOf(int object) const {
     return std::span(charts_).subspan(firstChart_[object],
                                       firstChart_[object + 1] - firstChart_[object]);
@@ -79,6 +81,7 @@ class SceneImages {
   std::vector<Grid> grids_;
   std::vector<std::uint32_t> objects_;  ///< TreeView::objects, indexed by chart
   Tree tree_;
+  std::vector<NodeRange> nodes_;  ///< indexed by object
   ImageCounts counts_;
   glm::uvec2 atlasSize_{2};
 };

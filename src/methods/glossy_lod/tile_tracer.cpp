@@ -58,7 +58,8 @@ void TraceCounts::add(const TraceCounts& other) {
   visits.nodes += other.visits.nodes;
   visits.quads += other.visits.quads;
   visits.stopped += other.visits.stopped;
-  visits.ownBacks += other.visits.ownBacks;
+  visits.lifted += other.visits.lifted;
+  visits.selfHits += other.visits.selfHits;
   sidesShaded += other.sidesShaded;
   traceSeconds += other.traceSeconds;
   shadeSeconds += other.shadeSeconds;
@@ -72,8 +73,11 @@ TileTracer& TileTracer::ofThread() {
 
 void TileTracer::run(const Traced& scene, Vec3* radiance, std::uint8_t* flags,
                      TraceCounts& counts) {
-  const trace::PointLanes& points = lobes_.points();
+  trace::PointLanes& points = lobes_.points();
   trace::ReflectionCounts made;
+  const std::int64_t start = nowNs();
+  liftOntoImages(scene.images, scene.tree, points, left_.data(), counts.visits);
+  counts.traceSeconds += secondsSince(start);
   for (std::size_t begin = 0; begin < points.count;) {
     const Group group = nextGroup(scene.options, begin);
     makePackets(scene, group, flags, made);
@@ -172,9 +176,6 @@ void TileTracer::makePackets(const Traced& scene, const Group& group, std::uint8
             first ? slope : glm::length(Vec2(arrivingSlope_[i], mirror ? 0.0f : share * slope));
         weights_[k][i - group.begin] = lobes.weights == nullptr ? 1.0f : lobes.weights[from + k];
         packet.own[lane] = static_cast<std::uint32_t>(points.object[i]);
-        packet.leaves[0][lane] = points.lobeHorizon.x[i];
-        packet.leaves[1][lane] = points.lobeHorizon.y[i];
-        packet.leaves[2][lane] = points.lobeHorizon.z[i];
         packet.count = std::max(packet.count, lane + 1);
       }
     }
@@ -190,7 +191,11 @@ void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_
                         : kAnySlope;
   const bool filter = scene.options.filter;
   const std::int64_t start = nowNs();
-  traverse(scene.tree, packet, group.alpha, scene.options.levels, hits_, counts.visits);
+  std::array<LeftPoint, RayPacket::kMost> left;
+  for (std::size_t lane = 0; lane < packet.count; ++lane)
+    left[lane] = left_[group.begin + lane % group.points];
+  traverseFrom(left, scene.images, *scene.shading.geometry, scene.tree, packet, group.alpha,
+               scene.options.levels, hits_, counts.visits);
   counts.traceSeconds += secondsSince(start);
   counts.rays += packet.count;
   const auto directionOf = [&](std::size_t lane) {
@@ -230,19 +235,18 @@ void TileTracer::goOn(const Traced& scene, const Group& group, std::size_t numbe
   const auto vectorOf = [&](const std::array<RayPacket::Lane, 3>& of) {
     return Vec3(of[0][lane], of[1][lane], of[2][lane]);
   };
-  const Vec3 direction = vectorOf(packet.direction);
+  const QuadHit found{hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0};
+  const Vec3 way = vectorOf(packet.direction);
+  const Vec3 direction = towardsSide(*scene.shading.geometry, scene.images, found, way);
   const float metres = hits_.metres[lane];
   const float width = packet.base[lane] + packet.slope[lane] * metres;
   const std::size_t point = group.begin + lane % group.points;
   trace::ReflectionPoint from;
   from.shift = {lobes_.points().shiftX[point], lobes_.points().shiftY[point]};
   from.distance = lobes_.points().coneDistance[point];
-  Onward onward{
-      &values_[index][lane % group.points], direction,
-      meshSurface(scene.shading,
-                  {hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0},
-                  vectorOf(packet.origin) + metres * direction, direction, width,
-                  trace::nextShift(from.shift, static_cast<int>(index)))};
+  Onward onward{&values_[index][lane % group.points], direction,
+                meshSurface(scene.shading, found, vectorOf(packet.origin) + metres * way, direction,
+                            width, trace::nextShift(from.shift, static_cast<int>(index)))};
   if (!(onward.surface.specularLevel > 0.0f)) return;
   if (!next_) {
     next_ = std::make_unique<TileTracer>();

@@ -12,6 +12,7 @@
 #include "frame/shading.h"
 #include "methods/glossy_lod/filter.h"
 #include "methods/glossy_lod/options.h"
+#include "methods/glossy_lod/own_image.h"
 #include "methods/glossy_lod/tree/traversal.h"
 #include "trace/lobes/environment_levels.h"
 #include "trace/lobes/lobe_tracer.h"
@@ -106,6 +107,7 @@ class TileTracer {
   const std::uint8_t* ranksOf(std::size_t point, int count);
 
   trace::LobeTracer lobes_;
+  std::array<LeftPoint, trace::kMostLanes> left_;  ///< by point
   std::array<Widths, trace::kLobeSlots> widths_;
   std::array<Ranks, trace::kLobeSlots> ranks_;
   std::array<RayPacket, 256> packets_;

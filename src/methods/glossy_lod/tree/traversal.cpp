@@ -70,16 +70,33 @@ namespace v4 {
 
 void traverse(const TreeView& tree, const RayPacket& packet, float alpha, Levels levels,
               PacketHits& hits, Visits& visits) {
+  const Walk walk{tree, packet, 0, alpha, hits, visits};
   switch (vectorLevel()) {
     case VectorLevel::V4:
-      return v4::walkAll({tree, packet, 0, alpha, hits, visits}, levels);
+      return v4::walkAll(walk, levels);
     case VectorLevel::V3:
-      return v3::walkAll({tree, packet, 0, alpha, hits, visits}, levels);
+      return v3::walkAll(walk, levels);
     case VectorLevel::V2:
     case VectorLevel::Base:
       break;
   }
-  base::walkAll({tree, packet, 0, alpha, hits, visits}, levels);
+  base::walkAll(walk, levels);
+}
+
+void crossOwnImages(const TreeView& tree, const NodeRange& nodes, const RayPacket& packet,
+                    float reach, OwnCrossings& crossings, Visits& visits) {
+  PacketHits none;
+  const Walk walk{tree, packet, 0, 0.0f, none, visits};
+  switch (vectorLevel()) {
+    case VectorLevel::V4:
+      return v4::crossAll(walk, nodes, reach, crossings);
+    case VectorLevel::V3:
+      return v3::crossAll(walk, nodes, reach, crossings);
+    case VectorLevel::V2:
+    case VectorLevel::Base:
+      break;
+  }
+  base::crossAll(walk, nodes, reach, crossings);
 }
 
 }  // namespace catoptric::methods::glossy_lod

@@ -50,28 +50,14 @@ struct RayPacket {
   /// Width of a ray in metres: base + slope * distance.
   alignas(64) Lane base;
   alignas(64) Lane slope;
-  /// Id of the object that a ray leaves; 0: none, or its surface is exact. An object's geometry
-  /// image may lie above the true surface that a ray leaves. Such a ray therefore ignores hits on
-  /// that object that are near (kOwnQuads) and low (kStartQuads): all backs, and fronts that
-  /// continue the starting surface (kStartCosine).
+  /// Only hits farther than this count, in metres.
+  alignas(64) Lane beyond{};
+  /// Id of the object that a ray leaves; 0: none.
   alignas(64) std::array<std::uint32_t, kMost> own{};
-  /// Normal of the surface that a ray leaves, on the ray's side; unused where `own` is 0.
-  alignas(64) std::array<Lane, 3> leaves{};
   std::size_t count = 0;
   /// Upper limit of the slopes in the decision how far to descend.
   float steepest = kAnySlope;
 };
-
-/// A hit is near if its distance from the ray's origin is below this many diagonals of the quad's
-/// box. Chosen by us for surfaces that bend by up to 70 degrees.
-inline constexpr float kOwnQuads = 2.0f;
-/// A hit is low if its height above the starting surface is at most this many diagonals of the
-/// quad's box. Our choice. If the limit does not apply to backs, rays pass through walls of grooves
-/// (teapot's lid, size 32: L1_8bit 0.76 instead of 0.41).
-inline constexpr float kStartQuads = 0.25f;
-/// A front-facing triangle continues the surface that a ray leaves if the normals are opposite
-/// (cosine at most -kStartCosine). This happens for surfaces seen from behind. Not from the paper.
-inline constexpr float kStartCosine = 0.7f;
 
 struct PacketHits {
   alignas(64) std::array<float, RayPacket::kMost> metres;
@@ -83,12 +69,31 @@ struct PacketHits {
 struct Visits {
   std::uint64_t nodes = 0;
   std::uint64_t quads = 0;
-  std::uint64_t stopped = 0;   ///< hits on quads of coarser levels
-  std::uint64_t ownBacks = 0;  ///< ignored triangles of the object that the ray leaves
+  std::uint64_t stopped = 0;  ///< hits on quads of coarser levels
+  // Set in own_image.cpp
+  std::uint64_t lifted = 0;    ///< points that were moved up to their object's image
+  std::uint64_t selfHits = 0;  ///< hits that rays passed
 };
 
 /// Finds the nearest hit of each ray. Adds to `visits`.
 void traverse(const TreeView& tree, const RayPacket& packet, float alpha, Levels levels,
               PacketHits& hits, Visits& visits);
+
+inline constexpr float kNoCrossing = 3e38f;
+
+/// Where rays, extended to both sides, cross the finest level of the object `own`.
+struct OwnCrossings {
+  alignas(64) RayPacket::Lane apart;  ///< distance of the nearest crossing, or kNoCrossing
+  /// Distance of the image of this part of the object above the ray's origin, along the ray; 0: it
+  /// lies below.
+  alignas(64) RayPacket::Lane lift;
+  /// Not 0: the nearest crossing leads through the back.
+  alignas(64) std::array<std::uint32_t, RayPacket::kMost> back;
+};
+
+/// Searches within `reach` times the sum of the edges of a quad's box. `nodes`: the nodes of all
+/// charts of the packet's objects. Adds to `visits`.
+void crossOwnImages(const TreeView& tree, const NodeRange& nodes, const RayPacket& packet,
+                    float reach, OwnCrossings& crossings, Visits& visits);
 
 }  // namespace catoptric::methods::glossy_lod

@@ -2,6 +2,7 @@
 // order of visits. A hit leads to the next node, a miss to the node's miss link.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -42,6 +43,16 @@ struct Quad {
   std::uint32_t place = 0;  ///< v00 in the chart's grid: column | row << 12 | level << 24
 };
 
+/// Successive nodes.
+struct NodeRange {
+  std::uint32_t first = ~0u;
+  std::uint32_t end = 0;
+  void extend(const NodeRange& other) {
+    first = std::min(first, other.first);
+    end = std::max(end, other.end);
+  }
+};
+
 class Tree {
  public:
   /// Each node within a chart has 4 children; nodes above charts are split in two by the area of
@@ -54,6 +65,9 @@ class Tree {
 
   const std::vector<Node>& nodes() const { return nodes_; }
   const std::vector<Quad>& quads() const { return quads_; }
+  NodeRange nodesOf(std::uint32_t chart) const {
+    return {roots_[chart], nodes_[roots_[chart]].miss};
+  }
 
  private:
   void addSplit(std::span<std::uint32_t> charts, int depth);

@@ -105,14 +105,14 @@ CATOPTRIC_WALK Three sheared(const Rays<kMixed>& rays, const Vec4& vertex) {
           V::sub(place[1], V::mul(rays.shear[1], place[2])), V::mul(rays.shear[2], place[2])};
 }
 
-/// Hits of lanes on one triangle of a quad.
+/// Hits of lanes on one triangle of a quad, between `beyond` and `limit` metres.
 struct Met {
   V::F metres, u, v;
   V::M hit, back;
 };
 
-CATOPTRIC_WALK Met meetTriangle(const Three& a, const Three& b, const Three& c, V::F limit,
-                                V::M lanes) {
+CATOPTRIC_WALK Met meetTriangle(const Three& a, const Three& b, const Three& c, V::F beyond,
+                                V::F limit, V::M lanes) {
   const V::F zero = V::all(0.0f);
   // A shared edge gives both its triangles the same number, except for the sign
   const V::F u = V::sub(V::mul(c[0], b[1]), V::mul(c[1], b[0]));
@@ -131,57 +131,15 @@ CATOPTRIC_WALK Met meetTriangle(const Three& a, const Three& b, const Three& c, 
   met.back = V::lt(facing, zero);
   const V::M flat = V::both(V::le(facing, zero), V::le(zero, facing));
   met.hit = V::both(V::without(met.hit, flat),
-                    V::both(V::lt(zero, met.metres), V::lt(met.metres, limit)));
+                    V::both(V::lt(beyond, met.metres), V::lt(met.metres, limit)));
   return met;
 }
 
-/// Lanes whose rays start on the object of a node's quad.
+/// Lanes whose rays leave the object of a node's quad.
 CATOPTRIC_WALK V::M ofOwnObject(const Walk& walk, std::uint32_t node) {
   const V::I object = V::all(walk.tree.objects[walk.tree.quads[node].chart]);
   const V::I own = V::load(walk.packet.own.data() + walk.first);
   return V::both(V::le(own, object), V::le(object, own));
-}
-
-/// The rays of `lanes` all hit this triangle, which belongs to the object on which they start.
-/// Returns the rays that must ignore the hit: it is low above their starting surface (kStartQuads),
-/// and lies on the triangle's back or on a front that continues this surface (kStartCosine).
-inline unsigned ofStart(const Walk& walk, std::uint32_t node, bool upper, unsigned lanes,
-                        unsigned backs, const std::array<float, V::kLanes>& metres) {
-  const Quad& quad = walk.tree.quads[node];
-  const std::uint32_t right = 1u << (quad.place >> 24);
-  const Vec4* const v = walk.tree.vertices + quad.first;
-  const Vec3 corner(upper ? v[quad.up + right] : v[0]);
-  const Vec3 normal = glm::cross(Vec3(v[right]) - corner, Vec3(v[quad.up]) - corner);
-  const float least = kStartCosine * glm::length(normal);
-  const Node& box = walk.tree.nodes[node];
-  const float above = kStartQuads * glm::distance(box.least, box.most);
-  const RayPacket& packet = walk.packet;
-  unsigned found = 0;
-  for (std::size_t lane = 0; lane < V::kLanes; ++lane) {
-    if ((lanes >> lane & 1u) == 0) continue;
-    const std::size_t i = walk.first + lane;
-    const Vec3 leaves(packet.leaves[0][i], packet.leaves[1][i], packet.leaves[2][i]);
-    const Vec3 way(packet.direction[0][i], packet.direction[1][i], packet.direction[2][i]);
-    if (metres[lane] * glm::dot(way, leaves) > above) continue;
-    // On the side that the ray hits, the normal points against the ray
-    const float cosine =
-        glm::dot(normal, way) > 0.0f ? -glm::dot(normal, leaves) : glm::dot(normal, leaves);
-    if ((backs >> lane & 1u) != 0 || cosine <= -least) found |= 1u << lane;
-  }
-  return found;
-}
-
-/// Lanes that ignore a triangle, because it belongs to the object on which their rays start.
-CATOPTRIC_TARGET inline unsigned passedBy(const Walk& walk, std::uint32_t node, bool upper,
-                                          const Met& met, V::M back) {
-  unsigned own = V::bits(V::both(met.hit, ofOwnObject(walk, node)));
-  if (own == 0) return 0;
-  const Node& box = walk.tree.nodes[node];
-  own &= V::bits(V::lt(met.metres, V::all(kOwnQuads * glm::distance(box.least, box.most))));
-  if (own == 0) return 0;
-  std::array<float, V::kLanes> metres;
-  V::store(metres.data(), met.metres);
-  return ofStart(walk, node, upper, own, V::bits(back), metres);
 }
 
 /// Keeps the hits on one triangle that are nearest so far. `fronts`: hits on the triangle's back do
@@ -200,11 +158,6 @@ CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays<kMixed>& rays, st
   const V::M back = V::either(V::both(folds ? front : met.back, rays.forwards),
                               V::without(folds ? met.back : front, rays.forwards));
   if (fronts) met.hit = V::without(met.hit, back);
-  const unsigned passed = passedBy(walk, node, upper, met, back);
-  if (passed != 0) {
-    walk.visits.ownBacks += static_cast<std::uint64_t>(__builtin_popcount(passed));
-    met.hit = V::without(met.hit, V::fromBits(passed));
-  }
   const AlphaTest& test = walk.tree.alphaTest;
   if (test.isCut != nullptr) {
     std::array<float, V::kLanes> u;
@@ -224,19 +177,30 @@ CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays<kMixed>& rays, st
   nearest.back = V::either(V::without(nearest.back, met.hit), V::both(met.hit, back));
 }
 
+/// The corners of a quad's triangles.
+struct Corners {
+  Three v00, v10, v01, v11;
+};
+
+template <bool kMixed>
+CATOPTRIC_WALK Corners cornersOf(const Walk& walk, const Rays<kMixed>& rays, std::uint32_t node) {
+  const Quad& quad = walk.tree.quads[node];
+  const std::uint32_t right = 1u << (quad.place >> 24);
+  const Vec4* const v = walk.tree.vertices + quad.first;
+  return {sheared(rays, v[0]), sheared(rays, v[right]), sheared(rays, v[quad.up]),
+          sheared(rays, v[quad.up + right])};
+}
+
 /// Intersects the lanes with the two triangles of a node's quad.
 template <bool kMixed>
 CATOPTRIC_TARGET inline void meetQuad(const Walk& walk, const Rays<kMixed>& rays,
                                       std::uint32_t node, V::M lanes, bool fronts,
                                       Nearest& nearest) {
-  const Quad& quad = walk.tree.quads[node];
-  const std::uint32_t right = 1u << (quad.place >> 24);
-  const Vec4* const v = walk.tree.vertices + quad.first;
-  const Three v10 = sheared(rays, v[right]);
-  const Three v01 = sheared(rays, v[quad.up]);
-  Met met = meetTriangle(sheared(rays, v[0]), v10, v01, nearest.metres, lanes);
+  const V::F beyond = V::load(walk.packet.beyond.data() + walk.first);
+  const Corners at = cornersOf(walk, rays, node);
+  Met met = meetTriangle(at.v00, at.v10, at.v01, beyond, nearest.metres, lanes);
   keep(walk, rays, node, false, fronts, met, nearest);
-  met = meetTriangle(sheared(rays, v[quad.up + right]), v01, v10, nearest.metres, lanes);
+  met = meetTriangle(at.v11, at.v01, at.v10, beyond, nearest.metres, lanes);
   keep(walk, rays, node, true, fronts, met, nearest);
 }
 
@@ -275,6 +239,16 @@ struct Sides {
   std::array<std::size_t, 3> farther;
 };
 
+inline Sides sidesOf(const Kind& kind) {
+  Sides sides;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const bool negative = (kind.negative >> i & 1u) != 0;
+    sides.nearer[i] = i + (negative ? 4 : 0);
+    sides.farther[i] = i + (negative ? 0 : 4);
+  }
+  return sides;
+}
+
 template <bool kMixed>
 CATOPTRIC_WALK Passage passage(const Rays<kMixed>& rays, const Sides& sides, const Node& box) {
   const float* const side = &box.least.x;
@@ -300,12 +274,8 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
   const Node* const nodes = walk.tree.nodes;
   const std::uint32_t count = walk.tree.count;
   const V::F zero = V::all(0.0f);
-  Sides sides;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const bool negative = (kind.negative >> i & 1u) != 0;
-    sides.nearer[i] = i + (negative ? 4 : 0);
-    sides.farther[i] = i + (negative ? 0 : 4);
-  }
+  const Sides sides = sidesOf(kind);
+  const V::F beyond = V::load(walk.packet.beyond.data() + walk.first);
   Nearest nearest{V::all(kFarthest), zero, zero, V::all(kNothing), V::fromBits(0)};
   // The node at which a lane continues; it ignores all nodes before
   V::I next = V::pick(V::fromBits(lanes), V::all(0u),
@@ -318,7 +288,7 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
     __builtin_prefetch(nodes + box.miss);
     const V::M active = V::le(next, V::all(node));
     const auto [enters, leaves] = passage(rays, sides, box);
-    const V::M hit = V::both(V::both(active, V::le(V::most(enters, zero), leaves)),
+    const V::M hit = V::both(V::both(active, V::le(V::most(enters, beyond), leaves)),
                              V::le(enters, nearest.metres));
     visited += static_cast<std::uint64_t>(__builtin_popcount(V::bits(active)));
     if (V::bits(hit) == 0) {
@@ -364,6 +334,91 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
   V::store(walk.hits.back.data() + walk.first, V::pick(nearest.back, V::all(1u), V::all(0u)));
 }
 
+/// Crossings of lines with the images of their own objects, by the side of the surface that they
+/// lead through. Metres along the lines.
+struct Crossings {
+  V::F nearest;  // distance of the nearest crossing
+  V::M back;     // that is through the back
+  // by side: the highest crossing, and the lowest above the lines' origins
+  std::array<V::F, 2> highest, lowest;
+
+  CATOPTRIC_WALK void add(const Met& met, V::M forwards) {
+    const V::M lanes = met.hit;
+    if (V::bits(lanes) == 0) return;
+    const V::F metres = met.metres;
+    const V::M throughBack =
+        V::either(V::both(met.back, forwards), V::without(V::without(lanes, met.back), forwards));
+    const V::F distance = V::magnitude(metres);
+    const V::M nearer = V::both(lanes, V::lt(distance, nearest));
+    nearest = V::pick(nearer, distance, nearest);
+    back = V::either(V::without(back, nearer), V::both(nearer, throughBack));
+    const V::M above = V::lt(V::all(0.0f), metres);
+    for (std::size_t side = 0; side < 2; ++side) {
+      const V::M through = side == 1 ? V::both(lanes, throughBack) : V::without(lanes, throughBack);
+      highest[side] = V::pick(through, V::most(metres, highest[side]), highest[side]);
+      lowest[side] = V::pick(V::both(through, above), V::least(metres, lowest[side]), lowest[side]);
+    }
+  }
+};
+
+/// The walk of crossOwnImages().
+template <bool kMixed>
+CATOPTRIC_TARGET void crossLanes(const Walk& walk, const Kind& kind, unsigned lanes,
+                                 const NodeRange& nodes, float boxes, OwnCrossings& crossings) {
+  const Rays<kMixed> rays = raysOf<kMixed>(walk, kind);
+  const Sides sides = sidesOf(kind);
+  const V::F far = V::all(kNoCrossing);
+  const V::F farBehind = V::all(-kNoCrossing);
+  Crossings found{far, V::fromBits(0), {farBehind, farBehind}, {far, far}};
+  V::I next = V::pick(V::fromBits(lanes), V::all(0u),
+                      V::all(static_cast<std::uint32_t>(std::numeric_limits<int>::max())));
+  std::uint64_t visited = 0;
+  for (std::uint32_t node = nodes.first; node < nodes.end;) {
+    const Node& box = walk.tree.nodes[node];
+    const V::M active = V::le(next, V::all(node));
+    const auto [enters, leaves] = passage(rays, sides, box);
+    const Vec3 size = box.most - box.least;
+    const float reach = boxes * (size.x + size.y + size.z);
+    // passage() lengthens the way to a side in front of the origin, and shortens that to one behind
+    const V::F last = V::add(leaves, V::mul(V::magnitude(leaves), V::all(2.0f * (kSlack - 1.0f))));
+    const V::M hit = V::both(V::both(active, V::le(enters, last)),
+                             V::both(V::le(enters, V::all(reach)), V::le(V::all(-reach), last)));
+    visited += static_cast<std::uint64_t>(__builtin_popcount(V::bits(active)));
+    if (V::bits(hit) == 0) {
+      node = box.miss;
+      continue;
+    }
+    if ((box.flags & kIsLeaf) == 0) {
+      next = V::pick(V::without(active, hit), V::all(box.miss), next);
+      ++node;
+      continue;
+    }
+    const V::M own = V::both(hit, ofOwnObject(walk, node));
+    if (V::bits(own) != 0) {
+      const Corners at = cornersOf(walk, rays, node);
+      // Between layers that fold over there is one with its front on the surface's front
+      if ((box.flags & kLowerFolds) == 0)
+        found.add(meetTriangle(at.v00, at.v10, at.v01, V::all(-reach), V::all(reach), own),
+                  rays.forwards);
+      if ((box.flags & kUpperFolds) == 0)
+        found.add(meetTriangle(at.v11, at.v01, at.v10, V::all(-reach), V::all(reach), own),
+                  rays.forwards);
+    }
+    node = box.miss;
+  }
+  walk.visits.nodes += visited;
+  // Of layers that fold over one another, up to another part of the object, the highest counts
+  const V::F zero = V::all(0.0f);
+  const V::F highest = V::pick(found.back, found.highest[1], found.highest[0]);
+  const V::F lowest = V::pick(found.back, found.lowest[1], found.lowest[0]);
+  const V::F other = V::pick(found.back, found.lowest[0], found.lowest[1]);
+  const V::F lift = V::pick(V::lt(highest, other), V::most(highest, zero),
+                            V::pick(V::lt(lowest, other), lowest, zero));
+  V::store(crossings.apart.data() + walk.first, found.nearest);
+  V::store(crossings.lift.data() + walk.first, lift);
+  V::store(crossings.back.data() + walk.first, V::pick(found.back, V::all(1u), V::all(0u)));
+}
+
 template <Levels kLevels>
 CATOPTRIC_TARGET void walkAll(Walk walk) {
   for (; walk.first < walk.packet.count; walk.first += V::kLanes) {
@@ -388,4 +443,19 @@ CATOPTRIC_TARGET void walkAll(const Walk& walk, Levels levels) {
       break;
   }
   walkAll<Levels::Off>(walk);
+}
+
+CATOPTRIC_TARGET void crossAll(Walk walk, const NodeRange& nodes, float boxes,
+                               OwnCrossings& crossings) {
+  for (; walk.first < walk.packet.count; walk.first += V::kLanes) {
+    const std::size_t count = std::min(V::kLanes, walk.packet.count - walk.first);
+    const KindBits kinds = kindsOf(walk);
+    const V::I own = V::load(walk.packet.own.data() + walk.first);
+    const unsigned lanes = ~0u >> (32 - count) & ~V::bits(V::le(own, V::all(0u)));
+    const Kind kind = kinds.of(0);
+    if ((kinds.like(0) & lanes) == lanes)
+      crossLanes<false>(walk, kind, lanes, nodes, boxes, crossings);
+    else
+      crossLanes<true>(walk, {}, lanes, nodes, boxes, crossings);
+  }
 }
