@@ -284,10 +284,6 @@ std::vector<Bad> badNodes() {
        [](GltfWriter& w) {
          w.arrays["nodes"] = {R"({"children":[2]})", R"({"children":[2]})", "{}"};
        }},
-      {"SceneNamesChild", "/scenes/0/nodes/0", "is not a root",
-       [](GltfWriter& w) {
-         w.arrays["nodes"] = {"{}", R"({"children":[0]})"};
-       }},
       {"SceneTwice", "/scenes/0/nodes/1", "listed twice",
        [](GltfWriter& w) { w.arrays["scenes"] = {R"({"nodes":[0,0]})"}; }},
       {"MatrixAndTrs", "/nodes/0", "both \"matrix\" and",

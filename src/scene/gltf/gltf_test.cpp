@@ -212,6 +212,18 @@ TEST_F(Gltf, HierarchyOfMatrixAndTrs) {
   expectNear(worldVertices(scene, scene.objects[0], poseAt(scene, 0)).normals[0], Vec3(1, 0, 0));
 }
 
+TEST_F(Gltf, ChildrenAmongASceneRootsAreDrawnOnceBelowTheirParents) {
+  w = triangleFile();
+  w.arrays["nodes"] = {R"({"mesh":0})", R"({"children":[0],"translation":[5,0,0]})"};
+  for (const char* roots : {R"({"nodes":[0,1]})", R"({"nodes":[1,0]})", R"({"nodes":[0]})"}) {
+    w.arrays["scenes"] = {roots};
+    const Scene scene = load();
+    ASSERT_EQ(scene.objects.size(), 1u) << roots;
+    EXPECT_EQ(worldPositions(scene)[0], Vec3(5, 0, 0));
+    EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("node 0 is not a root but child of 1")));
+  }
+}
+
 TEST_F(Gltf, MirroringFlipsTheWindingAndKeepsNormalsOutside) {
   w = triangleFile();
   w.arrays["nodes"] = {R"({"mesh":0,"scale":[1,1,-1]})"};

@@ -176,17 +176,39 @@ NodeOrder readNodes(Reader& reader) {
     const int chosen = std::max(0, reader.model.defaultScene);
     const std::vector<int>& roots = scenes[size(chosen)].nodes;
     std::set<int> seen;
+    std::vector<int> children;  // listed as if they were roots
     for (std::size_t i = 0; i < roots.size(); ++i) {
       const std::string place =
           elementPlace("scenes", size(chosen)) + "/nodes/" + std::to_string(i);
-      if (parent[size(roots[i])] != kNone) {
-        reader.fail(place, "node " + std::to_string(roots[i]) + " is not a root but child of " +
-                               std::to_string(parent[size(roots[i])]));
-      }
       if (!seen.insert(roots[i]).second) {
         reader.fail(place, "node " + std::to_string(roots[i]) + " is listed twice");
       }
-      visit(roots[i], true);
+      if (parent[size(roots[i])] == kNone) {
+        visit(roots[i], true);
+        continue;
+      }
+      children.push_back(roots[i]);
+      reader.scene.warnings.push_back(
+          reader.file + ": " + place + ": node " + std::to_string(roots[i]) +
+          " is not a root but child of " + std::to_string(parent[size(roots[i])]) +
+          "; it is drawn once, where its parents put it");
+    }
+    // With their parents' transforms, also where these are in no scene
+    for (const int child : children) {
+      int root = child;
+      // A cycle, which is refused below, has no root
+      for (std::size_t steps = 0; steps < count && parent[size(root)] != kNone; ++steps)
+        root = parent[size(root)];
+      visit(root, false);
+      std::vector<int> below{child};
+      while (!below.empty()) {
+        const int node = below.back();
+        below.pop_back();
+        if (order.inScene[size(node)]) continue;
+        order.inScene[size(node)] = true;
+        below.insert(below.end(), sources[size(node)].children.begin(),
+                     sources[size(node)].children.end());
+      }
     }
     if (scenes.size() > 1) {
       reader.scene.notes.push_back("of " + std::to_string(scenes.size()) + " scenes, scene " +
