@@ -1,5 +1,6 @@
 #include "frame/geometry.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <optional>
@@ -30,11 +31,11 @@ struct Posed {
   std::optional<PlacedSurface> placed;  ///< of an implicit one that is shown whole
 };
 
-/// Whether the map takes every body to a point or a line: nothing of it can be seen.
-bool leavesNoArea(const glm::dmat3& m) {
-  const glm::dvec3 none(0.0);
-  return glm::cross(m[0], m[1]) == none && glm::cross(m[1], m[2]) == none &&
-         glm::cross(m[2], m[0]) == none;
+/// Makes one point of what has no area: its triangles could still cover a pixel after rounding.
+void collapse(std::vector<Vec3>& positions, bool noArea) {
+  Box3 box;
+  for (const Vec3& p : positions) box.extend(p);
+  if (noArea || box.atMostALine()) std::ranges::fill(positions, box.centre());
 }
 
 /// Throws SceneError when the object's transform flattens its surface or leaves the finite.
@@ -53,10 +54,12 @@ Posed posedAt(const scene::Scene& scene, const scene::Object& object, const scen
     throw SceneError(where() + ": its transform at time " + std::to_string(pose.timeSeconds) +
                      " s makes positions that are not finite; positions must stay below 1e18");
   }
+  const glm::dmat4 world(scene::worldFromObject(scene, object, pose));
+  const bool noArea = scene::leavesNoArea(glm::dmat3(world));
+  collapse(posed.world.positions, noArea);
   if (!hasSurface) return posed;
-  const glm::dmat4 world(pose.worldFromNode[object.node] * object.nodeFromInstance);
   posed.placed.emplace();
-  if (leavesNoArea(glm::dmat3(world))) {
+  if (noArea) {
     posed.placed->vanishedAt = Vec3(world[3]);
     return posed;
   }

@@ -326,6 +326,12 @@ WorldVertices worldVertices(const Scene& scene, const Object& object, const Pose
   return result;
 }
 
+bool leavesNoArea(const glm::dmat3& m) {
+  const glm::dvec3 none(0.0);
+  return glm::cross(m[0], m[1]) == none && glm::cross(m[1], m[2]) == none &&
+         glm::cross(m[2], m[0]) == none;
+}
+
 Box3 boundsAtStart(const Scene& scene) {
   const Pose pose = poseAt(scene, 0.0);
   Box3 bounds;

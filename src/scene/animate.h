@@ -27,6 +27,9 @@ std::vector<bool> deformingObjects(const Scene& scene);
 /// The transform of an object's mesh at `pose`. Identity for skinned objects.
 Mat4 worldFromObject(const Scene& scene, const Object& object, const Pose& pose);
 
+/// Whether a transform takes every body to a point or a line: nothing of it can be seen.
+bool leavesNoArea(const glm::dmat3& worldFromObject);
+
 /// The world-space vertices of one object after skinning, morphing and transforming. Arrays have
 /// one entry per mesh vertex; tangents exist only if the mesh has them. A transform with negative
 /// determinant flips the winding: see `flipWinding`.

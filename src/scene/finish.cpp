@@ -235,10 +235,13 @@ void warnOfLongEdges(Scene& scene, const std::vector<Box3>& bounds) {
 /// Objects that no ray can hit; those that move may be hidden by a scale of 0 for a while.
 void warnOfNoExtent(Scene& scene, const std::vector<Box3>& bounds) {
   const std::vector<bool> moving = movingObjects(scene);
+  const Pose pose = poseAt(scene, 0.0);
   std::size_t none = 0;
   std::string first;
   for (std::size_t o = 0; o < bounds.size(); ++o) {
-    if (moving[o] || bounds[o].empty() || !bounds[o].atMostALine()) continue;
+    if (moving[o] || bounds[o].empty()) continue;
+    const glm::dmat4 world(worldFromObject(scene, scene.objects[o], pose));
+    if (!bounds[o].atMostALine() && !leavesNoArea(glm::dmat3(world))) continue;
     if (none++ == 0) first = scene.objects[o].name;
   }
   if (none == 0) return;
