@@ -82,13 +82,22 @@ const scene::Material& materialOf(const scene::Scene& scene, const scene::Object
   return scene.materials[static_cast<std::size_t>(object.material)];
 }
 
-std::string placeText(const scene::Scene& scene, const Vec3& p) {
-  const glm::dvec3 place = glm::dvec3(p) + scene.origin;
-  return fmt::format("{:.4g},{:.4g},{:.4g}", place.x, place.y, place.z);
+std::vector<std::string> namesOfCameras(const scene::Scene& scene) {
+  std::vector<std::string> names;
+  for (const scene::CameraDefinition& camera : scene.cameras) names.push_back(camera.name);
+  return names;
 }
 
-std::string boundsText(const scene::Scene& scene, const Box3& bounds) {
-  return placeText(scene, bounds.min) + " to " + placeText(scene, bounds.max);
+/// To a ten-thousandth of the scene's size.
+std::string placeText(const scene::Scene& scene, const Box3& bounds, const Vec3& p) {
+  const glm::dvec3 place = glm::dvec3(p) + scene.origin;
+  const double step = 1e-4 * std::max(static_cast<double>(bounds.diameter()), 1e-6);
+  const int digits = std::clamp(static_cast<int>(std::ceil(-std::log10(step))), 0, 9);
+  const auto text = [&](double x) {
+    const double scale = std::pow(10.0, digits);
+    return config::numberText(std::round(x * scale) / scale);
+  };
+  return text(place.x) + "," + text(place.y) + "," + text(place.z);
 }
 
 /// EYE/TARGET/FOV of a camera, as --camera takes it; the target is as far as the scene's centre.
@@ -96,8 +105,8 @@ std::string cameraText(const std::string& name, const scene::Scene& scene, const
   const scene::Camera camera = scene::cameraPath(name, scene)->frame(1).camera;
   const float far = std::max(glm::dot(bounds.centre() - camera.eye(), camera.forward()),
                              0.1f * bounds.diameter());
-  return placeText(scene, camera.eye()) + "/" +
-         placeText(scene, camera.eye() + far * camera.forward()) + "/" +
+  return placeText(scene, bounds, camera.eye()) + "/" +
+         placeText(scene, bounds, camera.eye() + far * camera.forward()) + "/" +
          fmt::format("{:.4g}", degrees(camera.verticalFovRad));
 }
 
@@ -141,8 +150,10 @@ std::string infoJson(const std::string& input, const scene::Scene& scene,
       .add("duration", scene.duration())
       .add("lights", scene.lights.size())
       .add("cameras", scene.cameras.size())
+      .add("camera_names", namesOfCameras(scene))
       .add("camera", cameraText("", scene, bounds))
-      .add("bounds", boundsText(scene, bounds))
+      .raw("bounds", "[[" + placeText(scene, bounds, bounds.min) + "],[" +
+                         placeText(scene, bounds, bounds.max) + "]]")
       .add("environment", environmentName(scene.environment.type))
       .add("bake", bakeName(scene.bake.mode))
       .add("memory_bytes", scene.memoryBytes())
@@ -210,13 +221,13 @@ std::string infoText(const std::string& input, const scene::Scene& scene,
                                    100.0 * run::reflectiveShare(scene)));
   line("materials", std::to_string(scene.materials.size()));
   line("lights", std::to_string(scene.lights.size()));
-  std::vector<std::string> cameras;
-  for (const scene::CameraDefinition& camera : scene.cameras) cameras.push_back(camera.name);
+  const std::vector<std::string> cameras = namesOfCameras(scene);
   line("cameras", cameras.empty() ? "none" : joined(cameras, ", "));
   const Box3 bounds = scene::boundsAtStart(scene);
   line("camera",
        cameraText("", scene, bounds) + "  (what --camera takes: eye/target/field of view)");
-  line("bounds", boundsText(scene, bounds));
+  line("bounds",
+       placeText(scene, bounds, bounds.min) + " to " + placeText(scene, bounds, bounds.max));
   line("environment", scene.environment.isDefault
                           ? std::string("the default sky, because the file has no light")
                           : std::string(environmentName(scene.environment.type)));

@@ -294,7 +294,12 @@ InputConfig readConfig(const RunOptions& options) {
                        const std::string& option) {
     if (!value.empty()) root = config::withSetting(root, name, json, option + " " + value);
   };
-  if (!options.camera.empty()) root = config::without(root, {"path"});
+  if (!options.camera.empty()) {
+    for (const std::string& setting : options.settings)
+      if (setting.starts_with("path="))
+        throw UsageError("--set " + setting + " and --camera contradict each other; give one");
+    root = config::without(root, {"path"});
+  }
   set("camera", options.camera, config::jsonString(options.camera), "--camera");
   set("environment", options.environment, config::jsonString(options.environment), "--environment");
   set("frames", options.frames, config::jsonString(options.frames), "--frames");

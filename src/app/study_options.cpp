@@ -118,6 +118,7 @@ study::Inputs studyInputs(const RunOptions& options) {
               words.push_back(value);
             };
             add("--frames", own.frames);
+            add("--camera", own.camera);
             add("--environment", own.environment);
             add("--device", own.device);
             add("--threads", own.threads);

@@ -50,6 +50,21 @@ TEST_F(Sweep, WritesPointsCurvesAndAPage) {
   EXPECT_FALSE(fs::exists(folder / "s/logs"));
 }
 
+TEST_F(Sweep, CamerasReachTheWorkers) {
+  const std::string sweep =
+      "sweep scene.json --method environment_map,traced --against traced --repeats 1 --progress "
+      "none "
+      "--set image.width=32 --set image.height=24 --frames 1 ";
+  std::set<std::string> seen;
+  for (const char* camera : {"front", "three_quarter", "1,2,3/0,0.5,0/40"}) {
+    const std::string out = "c" + std::to_string(seen.size());
+    const Result result = run(sweep + "--camera " + camera + " --out " + out);
+    ASSERT_EQ(result.exitCode, 0) << result.err;
+    for (const auto& file : fs::directory_iterator(folder / out / "errors"))
+      EXPECT_TRUE(seen.insert(textOf(file.path())).second) << camera;
+  }
+}
+
 TEST_F(Sweep, ASettingWithoutEffectIsNamed) {
   // The only light is the environment: more bounces than the scene has mirrors change nothing.
   const Result result = run(std::string(kSweep) + "--vary methods.reference.bounces=8,9 --out s");

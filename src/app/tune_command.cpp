@@ -80,11 +80,15 @@ struct Tuned {
   study::TuneResult result;
 };
 
+study::Point onTestPath(const TuneCommand& options, study::Point point) {
+  point.settings.emplace_back("path", options.testPath);
+  return point;
+}
+
 /// What the winner does on another path: reported, whatever it is.
 std::string testText(study::Bench& bench, const TuneCommand& options, const Tuned& tuned) {
-  study::Point point = tuned.settings[*tuned.result.best].point;
-  point.settings.emplace_back("path", options.testPath);
-  const study::Setting setting = bench.prepare(point);
+  const study::Setting setting =
+      bench.prepare(onTestPath(options, tuned.settings[*tuned.result.best].point));
   const std::vector<int> frames = bench.frames(setting);
   try {
     bench.findErrors({setting}, frames);
@@ -251,6 +255,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   for (const study::Point& point : study::makePoints(methods, axesOf(options, methods), {}))
     tuned.settings.push_back(bench.prepare(point));
   bench.checkReference(tuned.settings);
+  if (!options.testPath.empty()) bench.prepare(onTestPath(options, tuned.settings.front().point));
   tuneOptions.frames = bench.frames(tuned.settings.front());
   tuned.time = times.kind = timeKind(options, bench.pathFrames(tuned.settings.front()));
   bench.setTime(tuned.time);

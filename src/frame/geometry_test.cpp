@@ -67,6 +67,22 @@ TEST(Geometry, WindingFollowsNormalsEvenMirrored) {
   }
 }
 
+TEST(Geometry, WhatHasNoAreaIsOnePoint) {
+  for (const Vec3& scale : {Vec3(0.0f), Vec3(1, 0, 0), Vec3(0, 2, 0)}) {
+    SceneBuilder builder;
+    builder.add(scene::makeSphere(1.0f, 16, 8, scene::UvMode::Unit), builder.diffuse(Vec3(0.5f)),
+                translation({3.0f, 1.0f, 2.0f}) * rotation(20.0f, {1.0f, 1.0f, 0.0f}) *
+                    glm::scale(Mat4(1.0f), scale));
+    const Geometry g = geometryOf(builder.scene());
+    EXPECT_TRUE(vanished(g, 0));
+    for (std::size_t v = 0; v < g.vertexCount(); ++v) EXPECT_EQ(g.positions[v], g.positions[0]);
+  }
+  SceneBuilder flat;
+  flat.add(scene::makeSphere(1.0f, 16, 8, scene::UvMode::Unit), flat.diffuse(Vec3(0.5f)),
+           glm::scale(Mat4(1.0f), Vec3(1, 0, 1)));
+  EXPECT_FALSE(vanished(geometryOf(flat.scene()), 0));
+}
+
 TEST(Geometry, UvPerMetreIsTheRootOfTheAreaRatio) {
   SceneBuilder builder;
   scene::Texture texture;

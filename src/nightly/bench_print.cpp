@@ -102,7 +102,7 @@ std::string describeCase(const NightCase& one) {
 std::string sceneLinesOf(const std::string& description) {
   std::string text;
   for (const auto& [name, value] : linesOf(description))
-    if (name == "scene" || name == "path" || name == "environment_file")
+    if (name == "scene" || name == "path" || name == "camera" || name == "environment_file")
       text += name + " " + value + "\n";
   return text;
 }

@@ -223,7 +223,7 @@ class ProcessLab : public Lab {
   /// Scene and path of a run; the last ones are kept.
   const SceneFacts& sceneFactsOf(const run::RunConfig& run) {
     std::string key = run.file.string() + "\n" + run.scene.string() + "\n" + run.path.string() +
-                      "\n" + run.frames + "\n";
+                      "\n" + run.camera + "\n" + run.frames + "\n";
     if (run.environment) key += config::parseText(run.effective, "run").get("environment").dump();
     const auto known = scenes_.find(key);
     if (known != scenes_.end()) return known->second;

@@ -158,7 +158,8 @@ Samples parseSamples(const std::string& text, const std::string& name) {
 }
 
 const Bench::SceneFacts& Bench::sceneFactsOf(const run::RunConfig& run) {
-  std::string name = run.scene.string() + "\n" + run.path.string() + "\n" + run.frames + "\n";
+  std::string name =
+      run.scene.string() + "\n" + run.path.string() + "\n" + run.camera + "\n" + run.frames + "\n";
   for (const run::MethodConfig& method : run.methods) name += method.id + "\n";
   if (run.environment)
     name += config::parseText(run.effective, "run").get("environment").asString();
@@ -175,6 +176,7 @@ const Bench::SceneFacts& Bench::sceneFactsOf(const run::RunConfig& run) {
   Fingerprint print;
   print.addValue(stage.scene().fingerprint);
   if (!run.path.empty()) print.add(printOfFile(run.path));
+  if (!run.camera.empty()) print.add(run.camera);
   facts.fingerprint = print.text();
   facts.frames = stage.frames();
   facts.pathFrames = stage.path().count();

@@ -26,7 +26,7 @@ class Keys : public testing::Test {
     std::ofstream(folder_ / name) << text;
   }
   std::string key() const {
-    const std::string config = R"({"scene": "scene.json", "path": "path.json", "methods": [
+    const std::string config = R"({"scene": "scene.json", )" + view_ + R"(, "methods": [
         {"method": "traced"}, {"method": "traced", "name": "twin"}])" +
                                members_ + "}";
     const auto readRun = [&](const Settings&, const std::string& method) {
@@ -38,6 +38,7 @@ class Keys : public testing::Test {
 
   std::filesystem::path folder_;
   std::string members_;
+  std::string view_ = R"("path": "path.json")";
   Point point_;
   BenchOptions options_;
 };
@@ -62,6 +63,10 @@ TEST_F(Keys, DependOnAllThatTimesAndErrorsDependOn) {
   expectAnother("program");
   write("path.json", R"({"frames": 2, "orbit": {"center": [0, 0, 0], "radius": 4}})");
   expectAnother("path");
+  for (const char* camera : {"front", "three_quarter"}) {
+    view_ = R"("camera": ")" + std::string(camera) + "\"";
+    expectAnother(camera);
+  }
   write("scene.json", R"({"objects": [{"name": "ball", "shape": "sphere", "radius": 0.6,
                           "material": {"base_color": [0.9, 0.9, 0.9], "s": 0.9, "g": 0}}]})");
   expectAnother("scene");

@@ -391,6 +391,7 @@ void readFiles(RunConfig& run, const Value& root, const std::filesystem::path& f
     run.path = resolved(root.get("path"), file);
     run.pathReference = root.get("path").place().text();
   }
+  if (root.has("camera")) run.cameraReference = root.get("camera").place().text();
   if (root.has("path") && root.has("camera"))
     errors.add(root.get("camera"), "has no effect beside \"path\"; remove one");
   if (root.has("environment"))

@@ -64,6 +64,7 @@ struct RunConfig {
   std::filesystem::path path;   ///< camera path; empty: `camera`
   std::string pathReference;    ///< where the path is named
   std::string camera;           ///< see scene::cameraPath()
+  std::string cameraReference;  ///< where the camera is named
   std::optional<scene::Environment> environment;  ///< replaces the scene's own
   std::string frames;                             ///< empty: all frames of the path
   methods::RunSettings image;

@@ -68,7 +68,8 @@ void sayDefaults(const RunConfig& run, const scene::Scene& scene, std::size_t fr
     log::info(run.scene.string() +
               ": has no light, so the default sky lights it; --environment FILE|COLOUR chooses "
               "another");
-  if (run.path.empty() && run.frames.empty() && frames > 1)
+  if (run.path.empty() && run.frames.empty() && frames > 1 && scene.duration() > 0.0 &&
+      !run.camera.starts_with("turntable:"))
     log::info("all " + std::to_string(frames) + " frames of the scene's animation are rendered (" +
               config::numberText(scene.duration()) +
               " s, 30 frames per second); --frames 1 renders the first, --frames 1-" +
@@ -97,8 +98,13 @@ Stage::Stage(const RunConfig& run) : run_(run) {
   });
   for (const std::string& warning : scene_.warnings) log::warning(warning);
   timer_.measure("path", [&] {
-    path_ = run_.path.empty() ? scene::cameraPath(run_.camera, scene_)
-                              : scene::loadPath(run_.path, scene_);
+    try {
+      path_ = run_.path.empty() ? scene::cameraPath(run_.camera, scene_)
+                                : scene::loadPath(run_.path, scene_);
+    } catch (const UsageError& error) {
+      if (!run_.path.empty()) throw;
+      throw UsageError(run_.cameraReference + ": " + error.what());
+    }
   });
   run_.image.path = path_.get();
   if (run_.frames.empty()) {

@@ -188,10 +188,10 @@ NodeOrder readNodes(Reader& reader) {
         continue;
       }
       children.push_back(roots[i]);
-      reader.scene.warnings.push_back(
-          reader.file + ": " + place + ": node " + std::to_string(roots[i]) +
-          " is not a root but child of " + std::to_string(parent[size(roots[i])]) +
-          "; it is drawn once, where its parents put it");
+      reader.scene.warnings.push_back(reader.file + ": " + place + ": node " +
+                                      std::to_string(roots[i]) + " is not a root but child of " +
+                                      std::to_string(parent[size(roots[i])]) +
+                                      "; it is drawn once, where its parents put it");
     }
     // With their parents' transforms, also where these are in no scene
     for (const int child : children) {

@@ -258,47 +258,57 @@ PathSettings settingsFor(const Scene& scene) {
   return common;
 }
 
-/// How far from the scene's centre a camera sees all of it, in an image that is at least as wide as
-/// high. `direction`: from the scene to the camera, unit length.
-float distanceToFit(const Scene& scene, const Vec3& centre, const Vec3& direction) {
-  constexpr float kMargin = 1.05f;  ///< ours
-  const Camera camera = lookAt(centre + direction, centre, {0, 1, 0}, kFitFovRad);
-  const Mat3 axes(camera.worldFromCamera);
-  const float slope = 1.0f / std::tan(0.5f * kFitFovRad);
-  float distance = 1e-3f;
-  const Pose pose = poseAt(scene, 0.0);
-  for (const Object& object : scene.objects)
-    for (const Vec3& p : worldVertices(scene, object, pose).positions) {
-      const Vec3 q = (p - centre) * axes;
+/// All vertices at time 0, about the middle of their box.
+struct Surround {
+  std::vector<Vec3> places;
+  Vec3 middle{0.0f};
+
+  explicit Surround(const Scene& scene) : middle(boundsAtStart(scene).centre()) {
+    const Pose pose = poseAt(scene, 0.0);
+    for (const Object& object : scene.objects)
+      for (const Vec3& p : worldVertices(scene, object, pose).positions)
+        places.push_back(p - middle);
+  }
+
+  /// How far from the middle a camera sees all, in an image that is at least as wide as high.
+  /// `direction`: from the middle to the camera, unit length.
+  float distanceFor(const Vec3& direction) const {
+    constexpr float kMargin = 1.05f;  ///< ours
+    const Mat3 axes(lookAt(direction, Vec3(0.0f), {0, 1, 0}, kFitFovRad).worldFromCamera);
+    const float slope = 1.0f / std::tan(0.5f * kFitFovRad);
+    float distance = 1e-3f;
+    for (const Vec3& p : places) {
+      const Vec3 q = p * axes;
       distance = std::max(distance, q.z + slope * std::max(std::abs(q.x), std::abs(q.y)));
     }
-  return kMargin * distance;
-}
+    return kMargin * distance;
+  }
+};
 
 /// `direction`: from the scene to the camera.
 std::unique_ptr<CameraPath> fitting(const Scene& scene, const Vec3& direction) {
-  const Vec3 centre = boundsAtStart(scene).centre();
+  const Surround all(scene);
   const Vec3 towards = glm::normalize(direction);
-  const float distance = distanceToFit(scene, centre, towards);
+  const float distance = all.distanceFor(towards);
   PathSettings common = settingsFor(scene);
   common.fovRad = kFitFovRad;
   common.nearMetres = std::min(0.01f, 0.01f * distance);
   return std::make_unique<FixedPath>(
-      common, lookAt(centre + distance * towards, centre, common.up, common.fovRad));
+      common, lookAt(all.middle + distance * towards, all.middle, common.up, common.fovRad));
 }
 
 std::unique_ptr<CameraPath> turntable(const Scene& scene, int frames) {
-  constexpr int kDirections = 8;     ///< in which the scene must fit; ours
+  constexpr int kDirections = 32;    ///< in which the scene must fit; ours
   constexpr float kHeight = 0.436f;  ///< sine of the angle above the horizon
-  const Vec3 middle = boundsAtStart(scene).centre();
+  const Surround all(scene);
   const float across = std::sqrt(1.0f - kHeight * kHeight);
   float distance = 0.0f;
   for (int i = 0; i < kDirections; ++i) {
     const float turn = 2.0f * kPi * static_cast<float>(i) / kDirections;
-    const Vec3 towards(across * std::sin(turn), kHeight, across * std::cos(turn));
-    distance = std::max(distance, distanceToFit(scene, middle, towards));
+    distance = std::max(
+        distance, all.distanceFor({across * std::sin(turn), kHeight, across * std::cos(turn)}));
   }
-  const glm::dvec3 centre = glm::dvec3(middle) + scene.origin;
+  const glm::dvec3 centre = glm::dvec3(all.middle) + scene.origin;
   const Value path = config::parseText(
       fmt::format(R"({{"frames": {}, "fov": {}, "near": {},
                       "orbit": {{"center": [{}, {}, {}], "radius": {}, "height": {}}}}})",
@@ -318,8 +328,9 @@ std::unique_ptr<CameraPath> looking(const std::string& text, const Scene& scene)
   PathSettings common = settingsFor(scene);
   common.fovRad = kFitFovRad;
   if (list.size() > 2) {
-    const double fov = list[2].asArray().at(0).asNumber();
-    if (list.size() > 3 || list[2].asArray().size() > 1 || !(fov >= 0.001 && fov <= 179.9))
+    const std::vector<Value>& last = list[2].asArray();
+    const double fov = last.size() == 1 ? last[0].asNumber() : 0.0;
+    if (list.size() > 3 || !(fov >= 0.001 && fov <= 179.9))
       throw UsageError("the field of view is one number from 0.001 to 179.9 degrees");
     common.fovRad = radians(static_cast<float>(fov));
   }
@@ -337,7 +348,7 @@ std::unique_ptr<CameraPath> cameraPath(const std::string& text, const Scene& sce
   for (const CameraDefinition& camera : scene.cameras) {
     if (text.empty() || camera.name == text)
       return std::make_unique<SceneCameraPath>(settingsFor(scene), scene, camera, false);
-    names.push_back(camera.name);
+    if (!camera.name.empty()) names.push_back(camera.name);
   }
   if (text.empty() || text == "front") return fitting(scene, {0.0f, 0.25f, 1.0f});
   if (text == "three_quarter") return fitting(scene, {0.7f, 0.45f, 0.7f});
@@ -348,7 +359,7 @@ std::unique_ptr<CameraPath> cameraPath(const std::string& text, const Scene& sce
     const auto [rest, error] = std::from_chars(text.data() + kTurntable.size(), end, frames);
     if (error == std::errc() && rest == end && frames >= 1 && frames <= kMaxPathFrames)
       return turntable(scene, frames);
-    throw UsageError("camera \"" + text + "\": turntable:N takes a number of frames from 1 to " +
+    throw UsageError("\"" + text + "\": turntable:N takes a number of frames from 1 to " +
                      std::to_string(kMaxPathFrames));
   }
   if (text.find('/') != std::string::npos &&
@@ -362,7 +373,7 @@ std::unique_ptr<CameraPath> cameraPath(const std::string& text, const Scene& sce
   }
   for (const char* const kind : {"front", "three_quarter", "turntable:48"})
     if (std::ranges::find(names, kind) == names.end()) names.emplace_back(kind);
-  throw UsageError("camera: the scene has no \"" + text + "\"" + didYouMean(text, names) +
+  throw UsageError("the scene has no camera \"" + text + "\"" + didYouMean(text, names) +
                    "; allowed: " + joined(names, ", ") + ", or EYE/TARGET/FOV");
 }
 

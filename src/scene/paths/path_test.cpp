@@ -211,7 +211,7 @@ TEST(Path, SceneCamerasHaveTheirNearPlaneUnlessThePathSaysOne) {
 }
 
 TEST(Path, CamerasAreNamedOrGivenByNumbers) {
-  // A box of 2 x 4 x 6 m, about (5, 0, 0), in a scene far away
+  // A box of 2 x 4 x 6 m, about (5, 0, 0), and a bar along x, in a scene far away
   Scene scene;
   scene.origin = {1e6, 0, 0};
   scene.meshes.resize(1);
@@ -219,7 +219,8 @@ TEST(Path, CamerasAreNamedOrGivenByNumbers) {
   for (const float x : {4.0f, 6.0f})
     for (const float y : {-2.0f, 2.0f})
       for (const float z : {-3.0f, 3.0f}) scene.meshes[0].positions.emplace_back(x + 1e6f, y, z);
-  scene.meshes[0].normals.assign(8, Vec3(0, 1, 0));
+  for (const float x : {0.0f, 10.0f}) scene.meshes[0].positions.emplace_back(x + 1e6f, 0, 0);
+  scene.meshes[0].normals.assign(10, Vec3(0, 1, 0));
   scene.cameras.resize(1);
   scene.cameras[0].name = "hall";
   scene.cameras[0].verticalFovRad = 0.5f;
@@ -245,10 +246,10 @@ TEST(Path, CamerasAreNamedOrGivenByNumbers) {
     return most;
   };
   for (const char* name : {"front", "three_quarter"}) EXPECT_GT(showsTheBox(cameraOf(name)), 0.9f);
-  const auto around = cameraPath("turntable:4", scene);
-  ASSERT_EQ(around->count(), 4);
-  for (int i = 1; i <= 4; ++i) showsTheBox(around->frame(i).camera);
-  EXPECT_NEAR(around->frame(1).camera.forward().z, -around->frame(3).camera.forward().z, 1e-4f);
+  const auto around = cameraPath("turntable:48", scene);
+  ASSERT_EQ(around->count(), 48);
+  for (int i = 1; i <= 48; ++i) showsTheBox(around->frame(i).camera);
+  EXPECT_NEAR(around->frame(1).camera.forward().z, -around->frame(25).camera.forward().z, 1e-4f);
   const auto error = [&](const std::string& text) -> std::string {
     try {
       cameraOf(text);
@@ -261,7 +262,8 @@ TEST(Path, CamerasAreNamedOrGivenByNumbers) {
   EXPECT_THAT(error("turntable:0"), HasSubstr("from 1 to"));
   EXPECT_THAT(error("1,2/3"), HasSubstr("is not EYE/TARGET/FOV"));
   EXPECT_THAT(error("1,2,3/1,2,3"), HasSubstr("same point"));
-  EXPECT_THAT(error("1,2,3/0,0,0/180"), HasSubstr("from 0.001 to 179.9"));
+  for (const char* text : {"1,2,3/0,0,0/180", "1,2,3/0,0,0/", "1,2,3/0,0,0/4,5"})
+    EXPECT_THAT(error(text), HasSubstr("from 0.001 to 179.9")) << text;
 }
 
 TEST(Path, ATargetAtTheCameraIsRefused) {

@@ -68,7 +68,8 @@ class Demand {
   std::uint64_t samplesOf(int object) const {
     return samplesOf_[static_cast<std::size_t>(object)].load();
   }
-  /// Pairs of a mirrored ray and an object with depth maps that the ray may meet.
+  /// Pairs of a mirrored ray and an object with depth maps that the ray may meet; 0 unless
+  /// Rays::Mirrored.
   std::uint64_t testsOf(int object) const {
     return testsOf_[static_cast<std::size_t>(object)].load();
   }

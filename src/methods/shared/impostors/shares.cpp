@@ -7,6 +7,7 @@
 #include "gl/context.h"
 #include "methods/shared/impostors/impostor_method.h"
 #include "methods/shared/impostors/shaders/constants.h"
+#include "raster/regions/rectangle.h"
 #include "scene/animate.h"
 
 namespace catoptric::methods::impostors {
@@ -38,26 +39,17 @@ void checkNames(const std::vector<std::string>& names, const scene::Scene& scene
 
 /// Frames that an image serves if nothing moves. Ours.
 constexpr double kFrames = 32.0;
-/// Times of tests of a ray on a CPU, as texels: against an object's depth maps in vector code, a
-/// fit to the rooms; of a lobe's ray in a shader, against a billboard and against an object's depth
-/// maps, measured in nine_spheres and cornell_box on llvmpipe. Ours.
+/// Time of a test of a mirrored ray against an object's depth maps on the CPU, as texels. Ours: a
+/// fit to the rooms.
 constexpr double kTexelsPerDepthMaps = 3.5;
-constexpr double kTexelsPerLobeBillboard = 4.0;
-constexpr double kTexelsPerLobeDepthMaps = 8.0;
 
-/// What a ray is tested against.
-struct Tests {
-  std::uint64_t billboards = 0;
-  std::uint64_t depthMaps = 0;  ///< objects; of an object's maps a ray rarely asks a second one
-};
-
-Tests testsOf(const ImpostorList& list, std::span<const Impostor> impostors) {
-  Tests tests;
+/// How many objects of a list have depth maps; of an object's maps a ray rarely asks a second one.
+std::uint64_t mapsOf(const ImpostorList& list, std::span<const Impostor> impostors) {
+  std::uint64_t count = 0;
   for (std::size_t m = 0; m < list.members.size();
        m += static_cast<std::size_t>(std::max(1, list.views[m])))
-    ++(impostors[static_cast<std::size_t>(list.members[m])].depth ? tests.depthMaps
-                                                                  : tests.billboards);
-  return tests;
+    count += impostors[static_cast<std::size_t>(list.members[m])].depth ? 1 : 0;
+  return count;
 }
 
 /// Time of intersecting mirrors' rays on the CPU. `tests`: of a ray and an object's depth maps.
@@ -131,8 +123,9 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
                              " reflective objects";
   Cost most = all;
   std::uint64_t tests = 0;  // by a ray
-  for (const ImpostorList& list : choice.listOf)
-    tests = std::max(tests, testsOf(list, choice.impostors).depthMaps);
+  for (std::size_t o = 0; o < choice.listOf.size(); ++o)
+    if (reflectors.classOf[o + 1] != raster::SampleClass::Glossy)
+      tests = std::max(tests, mapsOf(choice.listOf[o], choice.impostors));
   if (inMemory) most.texels += ofMirrors(tests * samples, samples);
   // Later poses may need more
   plan.trace = options_.fallback == Fallback::Traced &&
@@ -192,11 +185,14 @@ void ImpostorMethod::share(const FrameInput& input, Services& services) {
   Cost all;
   for (const int index : needed_) all.add(costs_[static_cast<std::size_t>(index)]);
   if (onProcessor_) {
-    std::uint64_t tests = 0;
+    std::uint64_t tests = 0;  // by a ray
     for (const int r : visible_)
-      tests = std::max(tests,
-                       testsOf(shown_[static_cast<std::size_t>(r)], choice_.impostors).depthMaps);
-    all.texels += ofMirrors(tests * samplesOf(settings_), samplesOf(settings_));
+      if (!isGlossy(r))
+        tests = std::max(tests, mapsOf(shown_[static_cast<std::size_t>(r)], choice_.impostors));
+    std::uint64_t rays = 0;
+    for (const raster::Rectangle& part : partsOf(false, input, services))
+      rays += static_cast<std::uint64_t>(part.width()) * static_cast<std::uint64_t>(part.height());
+    all.texels += ofMirrors(tests * rays, rays);
   }
   const bool slow = reflectors_.glossy && options_.fallback == Fallback::Traced &&
                     gl::Context::current().info().software;
@@ -218,6 +214,8 @@ void ImpostorMethod::shareByDemand(const FrameInput& input, Services& services, 
     reaches.push_back({box.centre(), 0.5f * box.diameter(), impostor.depth});
   }
   services.timer.measure("readback", [&] { raster::readBack(*services.gbuffer, false, copy_); });
+  // Shaders on a CPU take longer than tracing for a lobe, whatever its rays meet
+  const bool software = gl::Context::current().info().software;
   std::vector<Wish> wishes;
   std::uint64_t rays = 0;
   services.timer.measure("choose", [&] {
@@ -230,13 +228,13 @@ void ImpostorMethod::shareByDemand(const FrameInput& input, Services& services, 
       const std::uint64_t ofLobes = samples * (glossy ? shared::kLobeRays : 1);
       const int one[] = {r};
       wishes.push_back({r, ofLobes, 0.0, neededOf(one)});
-      if (!glossy && onProcessor_) wishes.back().texels = ofMirrors(demand.testsOf(r), samples);
-      if (glossy && gl::Context::current().info().software) {
-        const Tests tests = testsOf(shown_[static_cast<std::size_t>(r)], choice_.impostors);
-        const double ofOne = kTexelsPerLobeBillboard * static_cast<double>(tests.billboards) +
-                             kTexelsPerLobeDepthMaps * static_cast<double>(tests.depthMaps);
-        wishes.back().texels = beyondTracing(ofOne * static_cast<double>(ofLobes), ofLobes);
-      }
+      const ImpostorList& list = shown_[static_cast<std::size_t>(r)];
+      if (glossy && software)
+        wishes.back().texels = std::numeric_limits<double>::infinity();
+      else if (!glossy && onProcessor_)
+        wishes.back().texels = ofMirrors(
+            options_.bounces < 2 ? demand.testsOf(r) : mapsOf(list, choice_.impostors) * samples,
+            samples);
       rays += ofLobes;
     }
     const std::vector<bool> granted = grant(wishes, costs_, mostOf(settings_, lasts, rays));
