@@ -23,7 +23,9 @@ Vec2 placeInChart(const Quad& quad, const PlacedChart& chart, const Vec2& at);
 glm::uvec2 nearestTexel(const PlacedChart& chart, const Vec2& place);
 
 /// Mip level whose texels have the size of the footprint of a ray that is `width` metres wide. The
-/// size of texels is computed from the triangle that was hit.
+/// size of texels is computed from the triangle that was hit. A texel's own area is that of the
+/// finest triangle below it, so both agree there; on a coarse quad the footprint lies on the hit's
+/// triangle, whose cosine Eq. (8) takes.
 float levelOf(const SceneImages& images, const QuadHit& found, const Vec3& direction, float width);
 
 /// The texels to average for a hit. Their memory is being prefetched.
