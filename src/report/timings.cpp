@@ -100,9 +100,7 @@ std::string apartNote(const RunData& run, const std::set<int>& frames) {
 
 /// What the rows of first and steady frames are.
 std::string meaning(bool anySteady) {
-  return std::string(
-             "First frame: with what the method builds before it (BVH, programs, levels).") +
-         (anySteady ? " Steady frame: every other." : "");
+  return std::string(kFirstFrames) + (anySteady ? " Steady frame: every other." : "");
 }
 
 std::string framesText(int frames) {

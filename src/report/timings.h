@@ -12,6 +12,10 @@
 
 namespace catoptric::report {
 
+/// What tables say about first frames.
+inline constexpr const char* kFirstFrames =
+    "First frame: with what the method builds before it (BVH, programs, levels).";
+
 /// Statistics of a step over frames, in seconds. Several samples of one frame are added up first.
 struct StepStatistics {
   std::string step;

@@ -93,10 +93,6 @@ struct TimeKind {
 };
 /// "steady frame", "first frame", or "mean of 900 frames".
 std::string timeName(const TimeKind& kind);
-/// What tables say about first frames.
-inline constexpr const char* kFirstFrames =
-    "First frame: with what the method builds before it (BVH, programs, levels).";
-
 struct Measurement {
   std::vector<Turn> turns;
   std::vector<SettingResult> settings;

@@ -7,6 +7,7 @@
 #include "core/file.h"
 #include "core/text.h"
 #include "report/table.h"
+#include "report/timings.h"
 
 namespace catoptric::study {
 namespace {
@@ -111,7 +112,7 @@ RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::st
     }
     table.rows.push_back(row);
   }
-  table.notes.emplace_back(kFirstFrames);
+  table.notes.emplace_back(report::kFirstFrames);
   if (bench.options().repeats < kLeastRounds)
     table.notes.push_back("Fewer than " + std::to_string(kLeastRounds) +
                           " rounds give no confidence interval.");

@@ -211,7 +211,11 @@ SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
   }
   noteUncertainty(result);
   noteEffects(result);
-  if (unmeasured > 0)
+  const bool spent = bench.options().outOfTime && bench.options().outOfTime();
+  if (unmeasured > 0 && !spent)
+    result.notes.push_back(std::to_string(unmeasured) +
+                           " points were not timed: the baseline of their ratios failed.");
+  if (unmeasured > 0 && spent)
     result.notes.push_back(
         "The budget was spent: " + std::to_string(unmeasured) + " of " +
         std::to_string(settings.size()) + " points have no errors, or fewer than " +

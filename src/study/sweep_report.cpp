@@ -7,6 +7,7 @@
 #include "core/file.h"
 #include "core/text.h"
 #include "report/html.h"
+#include "report/timings.h"
 #include "scene/camera.h"
 #include "study/sweep.h"
 
@@ -109,7 +110,7 @@ std::string howMeasured(const SweepResult& result) {
     text += "Times: " + std::to_string(rounds) +
             " interleaved rounds, frame by frame, after one that warms up; a frame's time is its "
             "median, and the steady time the mean over the frames. " +
-            kFirstFrames + " Ratios and marks: of the " + timeName(result.request.time) +
+            report::kFirstFrames + " Ratios and marks: of the " + timeName(result.request.time) +
             ". In brackets after ratios: the 95 % confidence interval. ";
   return text + "Errors: against " + result.request.against + ", over all frames together.";
 }

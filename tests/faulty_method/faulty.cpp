@@ -45,7 +45,7 @@ const config::OptionTable<Options>& optionTable() {
   return table;
 }
 
-/// Of this process: what waits for a processor is not longer for a fault.
+/// CPU time: what waits for a processor is not longer for a fault.
 double cpuSeconds(clockid_t clock = CLOCK_PROCESS_CPUTIME_ID) {
   timespec now{};
   clock_gettime(clock, &now);
