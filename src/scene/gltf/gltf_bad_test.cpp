@@ -280,6 +280,11 @@ std::vector<Bad> badNodes() {
        [](GltfWriter& w) {
          w.arrays["nodes"] = {"{}", R"({"children":[2]})", R"({"children":[1]})"};
        }},
+      {"CycleInScene", "/nodes/1", "cycle",
+       [](GltfWriter& w) {
+         w.arrays["nodes"] = {"{}", R"({"children":[2]})", R"({"children":[1]})"};
+         w.arrays["scenes"] = {R"({"nodes":[1]})"};
+       }},
       {"TwoParents", "/nodes/1/children/0", "is a child of node 0 already",
        [](GltfWriter& w) {
          w.arrays["nodes"] = {R"({"children":[2]})", R"({"children":[2]})", "{}"};

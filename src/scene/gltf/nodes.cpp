@@ -133,13 +133,13 @@ Quat unitRotation(const Reader& reader, float x, float y, float z, float w,
   return std::abs(length - 1.0f) < 1e-6f ? q : q / length;
 }
 
-NodeOrder readNodes(Reader& reader) {
-  const std::vector<tinygltf::Node>& sources = reader.model.nodes;
-  const std::size_t count = sources.size();
+namespace {
 
-  // Every node has at most one parent.
-  std::vector<int> parent(count, kNone);
-  for (std::size_t i = 0; i < count; ++i) {
+/// Every node has at most one parent.
+std::vector<int> parentsOf(const Reader& reader) {
+  const std::vector<tinygltf::Node>& sources = reader.model.nodes;
+  std::vector<int> parent(sources.size(), kNone);
+  for (std::size_t i = 0; i < sources.size(); ++i) {
     for (std::size_t c = 0; c < sources[i].children.size(); ++c) {
       const int child = sources[i].children[c];
       const std::string place = elementPlace("nodes", i) + "/children/" + std::to_string(c);
@@ -151,73 +151,82 @@ NodeOrder readNodes(Reader& reader) {
       parent[size(child)] = static_cast<int>(i);
     }
   }
+  return parent;
+}
+
+/// What the default scene lists.
+struct Listed {
+  std::vector<int> roots;
+  std::vector<int> children;  ///< which should not be listed
+};
+
+Listed listedNodes(Reader& reader, const std::vector<int>& parent) {
+  Listed listed;
+  const std::vector<tinygltf::Scene>& scenes = reader.model.scenes;
+  if (scenes.empty()) return listed;
+  const int chosen = std::max(0, reader.model.defaultScene);
+  const std::vector<int>& nodes = scenes[size(chosen)].nodes;
+  std::set<int> seen;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const std::string place = elementPlace("scenes", size(chosen)) + "/nodes/" + std::to_string(i);
+    if (!seen.insert(nodes[i]).second)
+      reader.fail(place, "node " + std::to_string(nodes[i]) + " is listed twice");
+    const int above = parent[size(nodes[i])];
+    (above == kNone ? listed.roots : listed.children).push_back(nodes[i]);
+    if (above != kNone && listed.children.size() == 1)
+      reader.scene.warnings.push_back(reader.file + ": " + place + ": node " +
+                                      std::to_string(nodes[i]) + " is not a root but child of " +
+                                      std::to_string(above) +
+                                      "; such nodes are drawn once, where their parents put them");
+  }
+  if (scenes.size() > 1)
+    reader.scene.notes.push_back("of " + std::to_string(scenes.size()) + " scenes, scene " +
+                                 std::to_string(chosen) + " is loaded");
+  return listed;
+}
+
+}  // namespace
+
+NodeOrder readNodes(Reader& reader) {
+  const std::vector<tinygltf::Node>& sources = reader.model.nodes;
+  const std::size_t count = sources.size();
+  const std::vector<int> parent = parentsOf(reader);
+  const Listed listed = listedNodes(reader, parent);
 
   NodeOrder order;
   order.sceneFromFile.assign(count, kNone);
   order.inScene.assign(count, false);
   // Depth first with a stack of our own: hostile files nest deeper than ours would bear.
-  const auto visit = [&](int root, bool inScene) {
+  const auto visit = [&](int root, const auto& isNew) {
     std::vector<int> stack{root};
     while (!stack.empty()) {
       const int file = stack.back();
       stack.pop_back();
-      if (order.sceneFromFile[size(file)] != kNone) continue;
-      order.sceneFromFile[size(file)] = static_cast<int>(order.fileFromScene.size());
-      order.fileFromScene.push_back(file);
-      order.inScene[size(file)] = inScene;
+      if (!isNew(file)) continue;
       const std::vector<int>& children = sources[size(file)].children;
       stack.insert(stack.end(), children.rbegin(), children.rend());
     }
   };
+  const auto add = [&](int root, bool inScene) {
+    visit(root, [&](int file) {
+      if (order.sceneFromFile[size(file)] != kNone) return false;
+      order.sceneFromFile[size(file)] = static_cast<int>(order.fileFromScene.size());
+      order.fileFromScene.push_back(file);
+      order.inScene[size(file)] = inScene;
+      return true;
+    });
+  };
 
   // The default scene's roots first; what is in no scene is kept for skins, but not drawn.
-  const std::vector<tinygltf::Scene>& scenes = reader.model.scenes;
-  if (!scenes.empty()) {
-    const int chosen = std::max(0, reader.model.defaultScene);
-    const std::vector<int>& roots = scenes[size(chosen)].nodes;
-    std::set<int> seen;
-    std::vector<int> children;  // listed as if they were roots
-    for (std::size_t i = 0; i < roots.size(); ++i) {
-      const std::string place =
-          elementPlace("scenes", size(chosen)) + "/nodes/" + std::to_string(i);
-      if (!seen.insert(roots[i]).second) {
-        reader.fail(place, "node " + std::to_string(roots[i]) + " is listed twice");
-      }
-      if (parent[size(roots[i])] == kNone) {
-        visit(roots[i], true);
-        continue;
-      }
-      children.push_back(roots[i]);
-      reader.scene.warnings.push_back(reader.file + ": " + place + ": node " +
-                                      std::to_string(roots[i]) + " is not a root but child of " +
-                                      std::to_string(parent[size(roots[i])]) +
-                                      "; it is drawn once, where its parents put it");
-    }
-    // With their parents' transforms, also where these are in no scene
-    for (const int child : children) {
-      int root = child;
-      // A cycle, which is refused below, has no root
-      for (std::size_t steps = 0; steps < count && parent[size(root)] != kNone; ++steps)
-        root = parent[size(root)];
-      visit(root, false);
-      std::vector<int> below{child};
-      while (!below.empty()) {
-        const int node = below.back();
-        below.pop_back();
-        if (order.inScene[size(node)]) continue;
-        order.inScene[size(node)] = true;
-        below.insert(below.end(), sources[size(node)].children.begin(),
-                     sources[size(node)].children.end());
-      }
-    }
-    if (scenes.size() > 1) {
-      reader.scene.notes.push_back("of " + std::to_string(scenes.size()) + " scenes, scene " +
-                                   std::to_string(chosen) + " is loaded");
-    }
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    if (parent[i] == kNone) visit(static_cast<int>(i), scenes.empty());
-  }
+  for (const int root : listed.roots) add(root, true);
+  for (std::size_t i = 0; i < count; ++i)
+    if (parent[i] == kNone) add(static_cast<int>(i), reader.model.scenes.empty());
+  for (const int child : listed.children)
+    visit(child, [&](int file) {
+      if (order.inScene[size(file)]) return false;
+      order.inScene[size(file)] = true;
+      return true;
+    });
   // What no root reaches lies on a cycle.
   for (std::size_t i = 0; i < count; ++i) {
     if (order.sceneFromFile[i] == kNone) {
