@@ -97,7 +97,8 @@ TEST(SecondOrder, DegenerateClustersAreCountedAndStayWithinTheirBounds) {
   test::SceneBuilder many;
   const int mirror = many.reflective(0.8f);
   for (int i = 0; i < 100; ++i) {
-    const Vec3 place(0.25f * static_cast<float>(i % 10 - 5), 0.25f * static_cast<float>(i / 10 - 5),
+    const int row = i / 10;
+    const Vec3 place(0.25f * static_cast<float>(i % 10 - 5), 0.25f * static_cast<float>(row - 5),
                      0.0f);
     many.add(scene::makeSphere(0.1f, 24, 12, uv), mirror, test::translation(place));
   }
