@@ -111,10 +111,10 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
        costsOf(choice.impostors, !again, keptIn(inMemory, reflectors.glossy || !inMemory)))
     all.add(cost);
   const std::uint64_t samples = samplesOf(settings);
-  // What moves is drawn in each frame, which limits how many images there are
+  // The time of a frame limits how many images there are
   const double texels =
       mostOf(settings, !again, samples * (reflectors.glossy ? shared::kLobeRays : 1)).texels;
-  const double drawn = again ? std::clamp(texels / std::max(all.texels, 1.0), 0.0, 1.0) : 1.0;
+  const double drawn = std::clamp(texels / std::max(all.texels, 1.0), 0.0, 1.0);
   const std::uint64_t bytes = std::min(
       static_cast<std::uint64_t>(drawn * static_cast<double>(all.bytes)), options_.memoryBytes);
   const std::string images = std::to_string(choice.impostors.size()) + " of " +
