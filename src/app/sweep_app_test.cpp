@@ -211,7 +211,7 @@ TEST_F(Sweep, KeepsItsBudgetAndSaysWhatIsMissing) {
             options);
     EXPECT_EQ(result.exitCode, 0) << result.err;
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    EXPECT_LT(seconds.count(), 6.0);  // of a machine that does other things, too
+    EXPECT_LT(seconds.count(), 20.0);  // of a machine that does other things, too
     return result.out;
   };
   // A frame takes half a second: the time is over in the round that warms up
