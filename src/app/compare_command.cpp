@@ -1,8 +1,6 @@
 // catoptric compare RUN REFERENCE.
 #include <fmt/core.h>
-#include <sys/wait.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <optional>

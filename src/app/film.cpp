@@ -21,12 +21,16 @@ std::filesystem::path folderOf(const std::filesystem::path& film) {
 
 }  // namespace
 
-std::filesystem::path newFilmFolder(const std::filesystem::path& film) {
-  std::filesystem::path pictures = folderOf(film);
-  for (const std::filesystem::path& file : {film, pictures})
+void requireNoFilm(const std::filesystem::path& film) {
+  for (const std::filesystem::path& file : {film, folderOf(film)})
     if (std::filesystem::exists(file))
       throw UsageError("--video " + film.string() + ": " + file.string() +
                        " exists; remove it or choose another name");
+}
+
+std::filesystem::path newFilmFolder(const std::filesystem::path& film) {
+  requireNoFilm(film);
+  std::filesystem::path pictures = folderOf(film);
   std::filesystem::create_directories(pictures);
   return pictures;
 }

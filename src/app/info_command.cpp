@@ -100,9 +100,10 @@ std::string placeText(const scene::Scene& scene, const Box3& bounds, const Vec3&
   return text(place.x) + "," + text(place.y) + "," + text(place.z);
 }
 
-/// EYE/TARGET/FOV of a camera, as --camera takes it; the target is as far as the scene's centre.
-std::string cameraText(const std::string& name, const scene::Scene& scene, const Box3& bounds) {
-  const scene::Camera camera = scene::cameraPath(name, scene)->frame(1).camera;
+/// The default camera as --camera takes it, EYE/TARGET/FOV; the target is as far as the scene's
+/// centre.
+std::string cameraText(const scene::Scene& scene, const Box3& bounds) {
+  const scene::Camera camera = scene::cameraPath("", scene)->frame(1).camera;
   const float far = std::max(glm::dot(bounds.centre() - camera.eye(), camera.forward()),
                              0.1f * bounds.diameter());
   return placeText(scene, bounds, camera.eye()) + "/" +
@@ -151,7 +152,7 @@ std::string infoJson(const std::string& input, const scene::Scene& scene,
       .add("lights", scene.lights.size())
       .add("cameras", scene.cameras.size())
       .add("camera_names", namesOfCameras(scene))
-      .add("camera", cameraText("", scene, bounds))
+      .add("camera", cameraText(scene, bounds))
       .raw("bounds", "[[" + placeText(scene, bounds, bounds.min) + "],[" +
                          placeText(scene, bounds, bounds.max) + "]]")
       .add("environment", environmentName(scene.environment.type))
@@ -224,8 +225,7 @@ std::string infoText(const std::string& input, const scene::Scene& scene,
   const std::vector<std::string> cameras = namesOfCameras(scene);
   line("cameras", cameras.empty() ? "none" : joined(cameras, ", "));
   const Box3 bounds = scene::boundsAtStart(scene);
-  line("camera",
-       cameraText("", scene, bounds) + "  (what --camera takes: eye/target/field of view)");
+  line("camera", cameraText(scene, bounds) + "  (what --camera takes: eye/target/field of view)");
   line("bounds",
        placeText(scene, bounds, bounds.min) + " to " + placeText(scene, bounds, bounds.max));
   line("environment", scene.environment.isDefault

@@ -199,7 +199,7 @@ void checkVideo(const std::filesystem::path& video, const run::RunConfig& run) {
   if (!run.preview.enabled)
     throw UsageError("--video is made of previews; set preview.enabled to true");
   for (const run::MethodConfig& method : run.methods)
-    std::filesystem::remove(newFilmFolder(filmOf(video, run, method.name)));
+    requireNoFilm(filmOf(video, run, method.name));
 }
 
 /// Options of --repeats that contradict others.

@@ -34,8 +34,11 @@ struct Posed {
 /// Makes one point of what has no area: its triangles could still cover a pixel after rounding.
 void collapse(std::vector<Vec3>& positions, bool noArea) {
   Box3 box;
-  for (const Vec3& p : positions) box.extend(p);
-  if (noArea || box.atMostALine()) std::ranges::fill(positions, box.centre());
+  for (const Vec3& p : positions) {
+    box.extend(p);
+    if (!noArea && !box.atMostALine()) return;
+  }
+  std::ranges::fill(positions, box.centre());
 }
 
 /// Throws SceneError when the object's transform flattens its surface or leaves the finite.

@@ -103,18 +103,21 @@ constexpr int kTrials = 400;
 
 /// Many measurements of two settings with the default number of rounds, the second of them
 /// `truth` times as expensive.
-Trials measured(double truth) {
+template <class Setting = Simulated>
+Trials measured(double truth,
+                const std::vector<int>& frames = {10, 20, 30, 40, 50, 60, 70, 80, 90, 100},
+                FirstFrames first = TurnOptions().first, const TimeKind& kind = {}) {
   Trials trials;
-  const std::vector<int> frames{10, 20, 30, 40, 50, 60, 70, 80, 90, 100};
   for (std::uint32_t seed = 1; seed <= kTrials; ++seed) {
     Machine machine(seed);
     machine.phase = seed;
-    Simulated a(machine, 1.0);
-    Simulated b(machine, truth);
+    Setting a(machine, 1.0);
+    Setting b(machine, truth);
     TurnOptions options;
     options.seed = seed;
+    options.first = first;
     const Measurement result = measureInTurns({&a, &b}, frames, options);
-    trials.add(pairedRatio(result.times(1), result.times(0)), truth);
+    trials.add(pairedRatio(result.times(1, kind), result.times(0, kind)), truth);
   }
   return trials;
 }
@@ -217,19 +220,7 @@ TEST(Engine, BuildsAreInFirstFramesAndMeansAlone) {
 /// The same builds are not told apart, and those that take 20 % longer are mostly found.
 TEST(Engine, MeansWithBuildsAreAsSureAsSteadyFrames) {
   const auto trials = [](double truth, const TimeKind& kind) {
-    Trials all;
-    for (std::uint32_t seed = 1; seed <= kTrials; ++seed) {
-      Machine machine(seed);
-      machine.phase = seed;
-      SimulatedStarts a(machine, 1.0);
-      SimulatedStarts b(machine, truth);
-      TurnOptions options;
-      options.seed = seed;
-      options.first = FirstFrames::EachRound;
-      const Measurement result = measureInTurns({&a, &b}, {10, 20, 30, 40, 50}, options);
-      all.add(pairedRatio(result.times(1, kind), result.times(0, kind)), truth);
-    }
-    return all;
+    return measured<SimulatedStarts>(truth, {10, 20, 30, 40, 50}, FirstFrames::EachRound, kind);
   };
   for (const auto of : {TimeKind::Of::Mean, TimeKind::Of::First}) {
     const TimeKind kind{Clock::Wall, of, 10};  // builds are half of the mean

@@ -263,11 +263,16 @@ struct Surround {
   std::vector<Vec3> places;
   Vec3 middle{0.0f};
 
-  explicit Surround(const Scene& scene) : middle(boundsAtStart(scene).centre()) {
+  explicit Surround(const Scene& scene) {
     const Pose pose = poseAt(scene, 0.0);
+    Box3 box;
     for (const Object& object : scene.objects)
-      for (const Vec3& p : worldVertices(scene, object, pose).positions)
-        places.push_back(p - middle);
+      for (const Vec3& p : worldVertices(scene, object, pose).positions) {
+        box.extend(p);
+        places.push_back(p);
+      }
+    middle = box.centre();
+    for (Vec3& p : places) p -= middle;
   }
 
   /// How far from the middle a camera sees all, in an image that is at least as wide as high.
@@ -367,7 +372,7 @@ std::unique_ptr<CameraPath> cameraPath(const std::string& text, const Scene& sce
     try {
       return looking(text, scene);
     } catch (const std::exception& error) {
-      throw UsageError("camera \"" + text +
+      throw UsageError("\"" + text +
                        "\" is not EYE/TARGET/FOV, such as 2,1,3/0,0.5,0/45: " + error.what());
     }
   }

@@ -33,7 +33,6 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
   reflectors_ = findReflectors(services.scene, settings.reflectors);
   refractive_ = raster::RefractiveSamples(services.scene);
   if (!reflectors_.any()) return;
-  const std::size_t count = services.scene.objects.size();
   reflects_ = reflectors_.reflects();
   mirrors_ = findReflectors(services.scene).reflects();
   tracing_ = {.rays = shared::kLobeRays,
@@ -49,12 +48,6 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
   Images::Kept ofPlanes = kept_;
   ofPlanes.depths = false;
   planes_.prepare(options_.planeSize, ofPlanes);
-  isMirror_.assign(count + 1, 0);
-  for (std::size_t id = 1; id <= count; ++id) {
-    const raster::SampleClass kind = reflectors_.classOf[id];
-    isMirror_[id] =
-        kind == raster::SampleClass::PlanarMirror || kind == raster::SampleClass::CurvedMirror;
-  }
   const auto program = [&](const char* label, const char* glossy) {
     std::vector<gl::Define> with = defines();
     with.push_back({"GLOSSY", glossy});
@@ -412,9 +405,8 @@ void ImpostorMethod::count(ProcessorCounts& counts) {
 ProcessorCounts ImpostorMethod::intersectOnProcessor(const FrameInput& input, Services& services) {
   raster::GBuffer& gbuffer = *services.gbuffer;
   const scene::Camera& camera = input.frame.camera;
-  std::vector<std::uint8_t> mirror(isMirror_.size(), 0);
-  for (const int r : visible_)
-    mirror[static_cast<std::size_t>(r) + 1] = isMirror_[static_cast<std::size_t>(r) + 1];
+  std::vector<std::uint8_t> mirror(reflects_.size() + 1, 0);
+  for (const int r : visible_) mirror[static_cast<std::size_t>(r) + 1] = isGlossy(r) ? 0 : 1;
   const MeetMap meets = [this](int layer, MapRays& rays) { return meetMap(layer, rays); };
   return processor_.run({.gbuffer = gbuffer,
                          .camera = camera,

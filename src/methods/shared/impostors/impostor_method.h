@@ -135,7 +135,6 @@ class ImpostorMethod : public Method, public KeepsFrames {
   bool onProcessor_ = false;
   bool environmentOutdated_ = true;
   Processor processor_;
-  std::vector<std::uint8_t> isMirror_;  ///< by object id: mirrors that the CPU shades
   gl::Program mirror_;
   gl::Program glossy_;
   gl::Texture known_;  ///< R32UI by sample: marks, and the work from bit kWorkShift on
