@@ -120,7 +120,7 @@ TEST(AppGl, AMethodThatFailsLeavesTheOthersTheirTables) {
     "errors": {"against": ["second_order", "traced"]}})";
   EXPECT_EQ(run(folder, "render '" + (folder / "run.json").string() + "' --frames 1 --out '" +
                             (folder / "out").string() + "'"),
-            6);
+            8);
   const std::string tables = textOf(folder / "out.txt");
   for (const std::string& text :
        {tables, textOf(folder / "out/table.md"), textOf(folder / "out/errors.md")}) {

@@ -471,6 +471,8 @@ TEST_F(App, OptionsOfAMethodThatOnlyTheCommandLineNames) {
 
 TEST_F(App, EnvironmentsThatAreNoFilesAreNamed) {
   EXPECT_THAT(run("plan run.json --environment /tmp").err, HasSubstr("/tmp is a folder; an "));
+  EXPECT_THAT(run("info /tmp").err, HasSubstr("/tmp: is a folder; give a file"));
+  EXPECT_THAT(run("plan run.json --wait nan").err, HasSubstr("--wait"));
   EXPECT_THAT(run("plan run.json --environment /dev/null").err,
               HasSubstr("/dev/null is not a regular file; an "));
 }

@@ -1,7 +1,9 @@
 // The only file that knows CLI11: it reads arguments by the tables of the commands.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <sstream>
 
@@ -53,6 +55,11 @@ void addChecks(CLI::Option& option, const Rules& rules) {
     option.check(CLI::Range(rules.least.value(), *rules.most).description(""));
   else if (rules.least)
     option.check(CLI::Validator(CLI::NonNegativeNumber).description(""));
+  if (rules.least)  // comparisons let it through
+    option.check({[](const std::string& text) {
+                    return std::isnan(std::strtod(text.c_str(), nullptr)) ? "must be a number" : "";
+                  },
+                  ""});
 }
 
 void addOption(CLI::App& command, const OptionRow& row) {

@@ -104,12 +104,13 @@ ExitCode dryRun(const run::Stage& stage, const run::Plan& plan, const CommonOpti
   return ExitCode::Done;
 }
 
-/// Says what is missing, and of failed frames why; whether any failed.
-bool sayFailures(const std::vector<run::MethodResult>& results) {
-  bool anyFailed = false;
+/// Says what is missing, and of failed frames why; the exit code that follows.
+ExitCode sayFailures(const std::vector<run::MethodResult>& results) {
+  ExitCode code = ExitCode::Done;
   for (const run::MethodResult& result : results) {
     for (const run::FailedFrame& frame : result.frames.failed) {
-      anyFailed = true;
+      if (code != ExitCode::OutOfMemory)
+        code = frame.outOfMemory ? ExitCode::OutOfMemory : ExitCode::FramesFailed;
       log::error(result.name + ": frame " + std::to_string(frame.frame) + ": " + frame.message);
     }
     if (!result.frames.missing.empty())
@@ -117,7 +118,7 @@ bool sayFailures(const std::vector<run::MethodResult>& results) {
                    " are missing; render them with --existing resume, or --frames " +
                    scene::formatFrames(result.frames.missing));
   }
-  return anyFailed;
+  return code;
 }
 
 /// Writes the tables of what is there, also when frames are missing, and prints the results.
@@ -249,12 +250,12 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
       run::renderAll(stage, methods::registry(), session);
   printer.endLine();
 
-  const bool anyFailed = sayFailures(results);
-  printResults(run, results, session.out, anyFailed, options, common.json,
+  const ExitCode code = sayFailures(results);
+  printResults(run, results, session.out, code != ExitCode::Done, options, common.json,
                repeatTimes(options, stage, session.out, printer));
   if (stopSignal() != 0) return stoppedCode();
   if (!options.video.empty()) makeFilms(options.video, run, results);
-  return anyFailed ? ExitCode::FramesFailed : ExitCode::Done;
+  return code;
 }
 
 }  // namespace

@@ -48,6 +48,12 @@ struct OutputError : Error {
   explicit OutputError(const std::string& m) : Error(ExitCode::Output, m) {}
 };
 
+inline bool isOutOfMemory(const std::exception& error) {
+  const auto* const ours = dynamic_cast<const Error*>(&error);
+  return ours != nullptr ? ours->code() == ExitCode::OutOfMemory
+                         : dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
+}
+
 /// what() of an exception; for std::bad_alloc a plain message.
 inline std::string messageOf(const std::exception& error) {
   return dynamic_cast<const std::bad_alloc*>(&error) != nullptr ? "out of memory" : error.what();

@@ -41,7 +41,35 @@ void collapse(std::vector<Vec3>& positions, bool noArea) {
   std::ranges::fill(positions, box.centre());
 }
 
-/// Throws SceneError when the object's transform flattens its surface or leaves the finite.
+/// The longest of the cross products of a matrix's columns: the normal of the plane that the
+/// columns span, or almost do.
+glm::dvec3 planeNormal(const glm::dmat3& m) {
+  glm::dvec3 longest(0.0);
+  for (int i = 0; i < 3; ++i) {
+    const glm::dvec3 across = glm::cross(m[i], m[(i + 1) % 3]);
+    if (glm::length(across) > glm::length(longest)) longest = across;
+  }
+  return longest;
+}
+
+/// A transform that flattens keeps this share of its size as thickness, or an implicit surface has
+/// no inverse placement. Below 1e-6 its two sides are no longer told apart. Ours.
+constexpr double kLeastThickness = 1e-5;
+
+/// The transform, made at least kLeastThickness thick. It leaves an area.
+glm::dmat3 withThickness(const glm::dmat3& linear) {
+  const glm::dvec3 normal = planeNormal(linear);
+  double size = 0.0;
+  for (int i = 0; i < 3; ++i) size = std::max(size, glm::length(linear[i]));
+  const double thickness = glm::determinant(linear) / glm::length(normal);
+  if (!(std::abs(thickness) < kLeastThickness * size)) return linear;
+  const glm::dvec3 across = glm::normalize(normal);
+  const glm::dvec3 flattened = glm::normalize(planeNormal(glm::transpose(linear)));
+  const double sign = glm::dot(across, linear * flattened) < 0.0 ? -1.0 : 1.0;
+  return linear + glm::outerProduct(sign * kLeastThickness * size * across, flattened);
+}
+
+/// Throws SceneError when the object's transform leaves the finite.
 Posed posedAt(const scene::Scene& scene, const scene::Object& object, const scene::Pose& pose,
               bool hasSurface) {
   const auto where = [&] { return "object \"" + object.name + "\" of " + scene.source.string(); };
@@ -67,13 +95,11 @@ Posed posedAt(const scene::Scene& scene, const scene::Object& object, const scen
     return posed;
   }
   try {
-    posed.placed->surface = implicit::placed(*scene.meshes[object.mesh].surface, glm::dmat3(world),
-                                             glm::dvec3(world[3]));
+    posed.placed->surface = implicit::placed(
+        *scene.meshes[object.mesh].surface, withThickness(glm::dmat3(world)), glm::dvec3(world[3]));
   } catch (const SceneError& error) {
     throw SceneError(where() + " at time " + std::to_string(pose.timeSeconds) +
-                     " s: " + error.what() +
-                     "; a scale of 0 along only one axis makes the transform singular (along all "
-                     "axes it hides the object)");
+                     " s: " + error.what());
   }
   return posed;
 }

@@ -83,6 +83,26 @@ TEST(Geometry, WhatHasNoAreaIsOnePoint) {
   EXPECT_FALSE(vanished(geometryOf(flat.scene()), 0));
 }
 
+TEST(Geometry, AFlattenedImplicitSurfaceKeepsTwoSides) {
+  for (const Vec3& scale : {Vec3(1, 0, 1), Vec3(2, 3, 0), Vec3(-1, 1e-30f, 1), Vec3(1, 0.5f, 1)}) {
+    SceneBuilder builder;
+    builder.add(scene::makeImplicit(implicit::sphereSurface(1.0), 8, scene::UvMode::Unit),
+                builder.diffuse(Vec3(0.5f)),
+                translation({3.0f, 1.0f, 2.0f}) * rotation(20.0f, {1.0f, 1.0f, 0.0f}) *
+                    glm::scale(Mat4(1.0f), scale));
+    const Geometry g = geometryOf(builder.scene());
+    EXPECT_FALSE(vanished(g, 0));
+    const glm::dmat3 placed = glm::inverse(g.surfaces.at(0).surface.localFromWorld.linear);
+    for (int i = 0; i < 3; ++i) {
+      const bool flat = std::abs(scale[i]) < 0.5f;
+      EXPECT_LT(glm::length(placed[i] - glm::dmat3(glm::dmat4(g.objects[0].worldFromObject))[i]),
+                flat ? 3.1e-5 : 1e-6)
+          << i;
+      EXPECT_GT(glm::length(placed[i]), 0.99e-5) << i;
+    }
+  }
+}
+
 TEST(Geometry, UvPerMetreIsTheRootOfTheAreaRatio) {
   SceneBuilder builder;
   scene::Texture texture;
@@ -152,14 +172,11 @@ TEST(Geometry, AFrameThatFailsStoresNothing) {
   const scene::Scene& scene = builder.scene();
   Geometry g = geometryOf(scene);
   const scene::Pose good = scene::poseAt(scene, 2.0);
-  // Flattened to a disk, and beyond the finite
-  for (const Vec3 scale : {Vec3(1.0f, 0.0f, 1.0f), Vec3(std::numeric_limits<float>::infinity())}) {
-    scene::Pose bad = good;
-    Mat4& world = bad.worldFromNode[static_cast<std::size_t>(scene.objects[1].node)];
-    world = glm::scale(world, scale);
-    EXPECT_THROW(updateGeometry(g, scene, bad), SceneError) << scale.x;
-    EXPECT_EQ(g.timeSeconds, 0.0);
-  }
+  scene::Pose bad = good;
+  Mat4& world = bad.worldFromNode[static_cast<std::size_t>(scene.objects[1].node)];
+  world = glm::scale(world, Vec3(std::numeric_limits<float>::infinity()));
+  EXPECT_THROW(updateGeometry(g, scene, bad), SceneError);
+  EXPECT_EQ(g.timeSeconds, 0.0);
   // Both have moved since the last frame that succeeded
   EXPECT_THAT(updateGeometry(g, scene, good), ::testing::ElementsAre(0, 1));
 }

@@ -41,6 +41,9 @@ Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits,
   } else if (extension == ".json") {
     scene = loadDescription(file, limits);
   } else {
+    std::error_code error;
+    if (std::filesystem::is_directory(file, error))
+      throw SceneError(file.string() + ": is a folder; give a file (.json, .gltf, .glb)");
     throw SceneError(file.string() + ": \"" + extension +
                      "\" is not a kind of scene; the kinds are .json, .gltf and .glb");
   }

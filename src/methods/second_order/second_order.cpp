@@ -196,11 +196,12 @@ std::vector<ClusterCamera> SecondOrder::makeCameras(Services& services, const sc
         clustering_, camera, gbuffer.sampleWidth(), gbuffer.sampleHeight(), options);
     if (images_->fits(cameras)) return cameras;
     if (attempt == kMostShrinks) {
-      throw UsageError("second_order: the frame is not rendered: the depth images of " +
-                       std::to_string(clustering_.clusters().size()) +
-                       " clusters do not fit into memory_mib = " +
-                       std::to_string(options_.images.memoryBytes >> 20) +
-                       " even at the lowest resolution. Raise memory_mib, or lower bin_density");
+      throw Error(ExitCode::OutOfMemory,
+                  "second_order: the frame is not rendered: the depth images of " +
+                      std::to_string(clustering_.clusters().size()) +
+                      " clusters do not fit into memory_mib = " +
+                      std::to_string(options_.images.memoryBytes >> 20) +
+                      " even at the lowest resolution. Raise memory_mib, or lower bin_density");
     }
     options.depthImageScale *= 0.7f;
     ++counters["images_shrunk"];

@@ -124,15 +124,15 @@ class Sequence {
   /// Renders task i, and hands it to the writer where it is kept. False: the run ends.
   bool makeFrame(std::size_t i, Writer& writer) {
     const bool kept = plan_[i].outcome == Outcome::Render;
-    if (tasks_[i].restarts) broken_.clear();
-    if (!tasks_[i].restarts && !continues_ && broken_.empty()) warmUpAgain(i);
+    if (tasks_[i].restarts) broken_.reset();
+    if (!tasks_[i].restarts && !continues_ && !broken_) warmUpAgain(i);
     if (result_.stopped) return false;
-    if (!broken_.empty()) return !kept || fail(i, broken_);
+    if (broken_) return !kept || fail(i, *broken_);
 
     Job job{&tasks_[i], {}};
-    const std::optional<std::string> failure = render(i, kept, job.frame);
+    const std::optional<FailedFrame> failure = render(i, kept, job.frame);
     if (failure && kept) return fail(i, *failure);
-    if (failure) broken_ = neededBy(i, *failure);
+    if (failure) broken_ = neededBy(*failure);
     if (!kept) {
       report(tasks_[i].frame.number);
       return true;
@@ -141,15 +141,16 @@ class Sequence {
   }
 
   /// What went wrong, if something did.
-  std::optional<std::string> render(std::size_t i, bool kept, RenderedFrame& made) {
+  std::optional<FailedFrame> render(std::size_t i, bool kept, RenderedFrame& made) {
     const std::int64_t start = nowNs();
-    std::optional<std::string> failure;
+    std::optional<FailedFrame> failure;
     try {
       made = source_.render({tasks_[i].frame, !continues_, tasks_[i].restarts, kept});
       ++runs_;
     } catch (const std::exception& error) {
-      log::error("frame " + std::to_string(tasks_[i].frame.number) + ": " + messageOf(error));
-      failure = messageOf(error);
+      if (options_.keepGoing)  // else it is the run's last word
+        log::error("frame " + std::to_string(tasks_[i].frame.number) + ": " + messageOf(error));
+      failure.emplace(tasks_[i].frame.number, error);
     }
     continues_ = !failure;
     if (!kept) warmUpSeconds_ += secondsSince(start);
@@ -164,21 +165,23 @@ class Sequence {
     while (!tasks_[first].restarts) --first;
     for (std::size_t j = first; j < i && !stopped(); ++j) {
       RenderedFrame unused;
-      const std::optional<std::string> failure = render(j, false, unused);
+      const std::optional<FailedFrame> failure = render(j, false, unused);
       if (!failure) continue;
-      broken_ = neededBy(j, *failure);
+      broken_ = neededBy(*failure);
       return;
     }
   }
 
-  std::string neededBy(std::size_t i, const std::string& failure) const {
-    return "it needs frame " + std::to_string(tasks_[i].frame.number) +
-           " before it, which failed: " + failure;
+  static FailedFrame neededBy(FailedFrame failure) {
+    failure.message = "it needs frame " + std::to_string(failure.frame) +
+                      " before it, which failed: " + failure.message;
+    return failure;
   }
 
   /// True when the run goes on.
-  bool fail(std::size_t i, const std::string& message) {
-    result_.failed.push_back({tasks_[i].frame.number, message});
+  bool fail(std::size_t i, FailedFrame failure) {
+    failure.frame = tasks_[i].frame.number;
+    result_.failed.push_back(std::move(failure));
     progress_.failed = static_cast<int>(result_.failed.size());
     return options_.keepGoing;
   }
@@ -238,10 +241,10 @@ class Sequence {
   SequenceResult result_;
   Progress progress_;
   FrameOrigin origin_;
-  int toRun_ = 0;           ///< tasks that are rendered, warm-up included
-  int runs_ = 0;            ///< of these, done
-  bool continues_ = false;  ///< the task before was rendered just now
-  std::string broken_;      ///< why frames until the next restart fail; empty: they do not
+  int toRun_ = 0;                      ///< tasks that are rendered, warm-up included
+  int runs_ = 0;                       ///< of these, done
+  bool continues_ = false;             ///< the task before was rendered just now
+  std::optional<FailedFrame> broken_;  ///< why frames until the next restart fail
   double waited_ = 0.0;
   double warmUpSeconds_ = 0.0;
   std::int64_t firstFrameStart_ = 0;
@@ -249,6 +252,9 @@ class Sequence {
 };
 
 }  // namespace
+
+FailedFrame::FailedFrame(int number, const std::exception& error)
+    : frame(number), message(messageOf(error)), outOfMemory(isOutOfMemory(error)) {}
 
 SequenceForecast forecastSequence(const std::vector<FrameTask>& tasks,
                                   const std::filesystem::path& path,

@@ -85,8 +85,11 @@ struct SequenceOptions {
 };
 
 struct FailedFrame {
-  int frame = 0;
+  FailedFrame(int number, const std::exception& error);
+
+  int frame;
   std::string message;
+  bool outOfMemory;
 };
 
 struct SequenceResult {

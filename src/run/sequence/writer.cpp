@@ -81,7 +81,7 @@ void Writer::work() {
       return;
     } catch (const std::exception& error) {
       const std::scoped_lock lock(mutex_);
-      failures_.push_back({job.task->frame.number, messageOf(error)});
+      failures_.emplace_back(job.task->frame.number, error);
     }
   }
 }
