@@ -24,7 +24,7 @@ PROCESSORS = 2  # as tests/CMakeLists.txt says
 STATIC = 200  # allocations before main(), about
 
 # Kinds of preload.cpp, in its order: which exits are allowed beside 0 (the program went on without), and whether all later
-# calls fail, too. Frames that fail are exit 6 whatever the reason; a night whose cases fail has crashes: 6.
+# calls fail, too. Frames that fail are exit 6, for want of memory 8; a night whose cases fail has crashes: 6.
 Fault = collections.namedtuple("Fault", "name allowed lasting")
 FAULTS = [
     Fault("allocation", {6, 8}, False),
