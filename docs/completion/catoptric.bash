@@ -12,8 +12,10 @@ _catoptric() {
     --existing) COMPREPLY=($(compgen -W "error overwrite resume" -- "$word")); return ;;
     --method) COMPREPLY=($(compgen -W "$(catoptric list methods 2>/dev/null | sed 's/ .*//')" -- "$word")); return ;;
     --progress) COMPREPLY=($(compgen -W "auto bar plain json none" -- "$word")); return ;;
-    --schema) COMPREPLY=($(compgen -W "run scene path" -- "$word")); return ;;
+    --schema) COMPREPLY=($(compgen -W "run scene path suite nightly" -- "$word")); return ;;
+    --set) compopt -o nospace; COMPREPLY=($(compgen -W "$(catoptric list options 2>/dev/null | sed 's/ .*/=/')" -- "$word")); return ;;
     --to) COMPREPLY=($(compgen -W "slurm script" -- "$word")); return ;;
+    --vary) compopt -o nospace; COMPREPLY=($(compgen -W "$(catoptric list options 2>/dev/null | sed 's/ .*/=/')" -- "$word")); return ;;
   esac
   local options=
   case $command in
@@ -39,7 +41,7 @@ _catoptric() {
   if [[ $word == -* ]]; then
     COMPREPLY=($(compgen -W "$options" -- "$word"))
   elif [ "$command" = list ]; then
-    COMPREPLY=($(compgen -W "methods steps counters scenes paths configs shapes devices" -- "$word"))
+    COMPREPLY=($(compgen -W "methods options steps counters layers metrics scenes paths configs shapes devices" -- "$word"))
   else
     compopt -o filenames 2>/dev/null
     COMPREPLY=($(compgen -f -- "$word"))

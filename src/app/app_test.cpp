@@ -120,7 +120,7 @@ TEST_F(App, MissingScenesAreExit3) {
 TEST_F(App, OptionsInTheWrongFormAreShownInTheRightOne) {
   EXPECT_THAT(run("render run.json --outdir x").err, HasSubstr("(did you mean \"--out\"?)"));
   EXPECT_THAT(run("render run.json --set rays=4").err,
-              HasSubstr("\"rays\" is an option of a method; write --set methods.reference.rays=4"));
+              HasSubstr("\"rays\" is an option of a method; name it methods.reference.rays"));
   EXPECT_THAT(run("render run.json --set image.layers=Z").err,
               HasSubstr("did you mean --set 'image.layers=[\"Z\"]'?"));
   const Result scene = run("render run.json --set scene=absent.json");
@@ -204,6 +204,14 @@ TEST_F(App, HelpVersionAndListAreQuick) {
   EXPECT_THAT(run("--version").out, HasSubstr("catoptric 0."));
   const config::Value list = config::parseText(run("list --json").out, "list");
   EXPECT_EQ(list.get("methods").asArray().back().get("name").asString(), "reference");
+  EXPECT_THAT(run("list").out, HasSubstr("metrics"));
+  EXPECT_THAT(run("list metrics").out, HasSubstr("flicker "));
+  const std::string options = run("list options traced").out;
+  EXPECT_THAT(options, HasSubstr("methods.traced.rays "));
+  EXPECT_THAT(options, Not(HasSubstr("image.width")));
+  EXPECT_THAT(run("list options").out, HasSubstr("image.width "));
+  EXPECT_THAT(run("list layers glossy_lod").out, testing::StartsWith("chart "));
+  EXPECT_THAT(run("list second").err, HasSubstr("allowed: methods, options, "));
   // Every step of the listed methods is explained, in the program and in the docs.
   const std::string steps = run("list steps").out;
   const std::string docs = textOf(fs::path(CATOPTRIC_SOURCE_DIR) / "docs/methods.md");
@@ -560,12 +568,13 @@ ask catoptric render run.json --existing re
 ask catoptric render --method trac
 ask catoptric list co
 ask catoptric render run.js
+ask catoptric sweep --vary image.wi
 )";
   const std::string command =
       "cd '" + folder.string() + "' && bash complete.bash >stdout.txt 2>stderr.txt";
   ASSERT_EQ(std::system(command.c_str()), 0) << textOf(folder / "stderr.txt");
   EXPECT_EQ(textOf(folder / "stdout.txt"),
-            "render\n--frames\nresume\ntraced\ncounters configs\nrun.json\n");
+            "render\n--frames\nresume\ntraced\ncounters configs\nrun.json\nimage.width=\n");
   EXPECT_EQ(run("list --completion fish").exitCode, 2);
   // Words of values are those that the help names
   const std::string help = run("render --help").out;

@@ -77,10 +77,12 @@ std::map<std::string, std::vector<std::string>> valueWords() {
   // The shell asks for the methods, so that a new one needs no new completion
   return {{"--method", {"$(catoptric list methods 2>/dev/null | sed 's/ .*//')"}},
           {"--existing", {"error", "overwrite", "resume"}},
+          {"--set", {"$(catoptric list options 2>/dev/null | sed 's/ .*/=/')"}},
           {"--to", {"slurm", "script"}},
+          {"--vary", {"$(catoptric list options 2>/dev/null | sed 's/ .*/=/')"}},
           {"--progress", {"auto", "bar", "plain", "json", "none"}},
           {"--device", {"auto", "surfaceless", "osmesa"}},
-          {"--schema", {"run", "scene", "path"}},
+          {"--schema", {"run", "scene", "path", "suite", "nightly"}},
           {"--completion", {"bash", "zsh"}}};
 }
 
@@ -119,11 +121,11 @@ std::string replaced(std::string text, const std::string& mark, const std::strin
   return text.replace(at, mark.size(), by);
 }
 
-/// The words that the help text of `list` names: "any of methods, steps, ... [all".
+/// The words that the help text of `list` names: "any of methods, options, ...;".
 std::string listWords(const Program& program) {
   const std::string& help = program.command("list").options.front().help;
   const std::size_t begin = help.find("any of ") + 7;
-  std::string words = help.substr(begin, help.find(" [") - begin);
+  std::string words = help.substr(begin, help.find(';') - begin);
   std::erase(words, ',');
   return words;
 }
@@ -141,8 +143,9 @@ std::string bashCompletion(const Program& program) {
   }
   std::string values;
   for (const auto& [option, words] : valueWords())
-    values += "    " + option + ") COMPREPLY=($(compgen -W \"" + joined(words, " ") +
-              "\" -- \"$word\")); return ;;\n";
+    values += "    " + option + ") " +
+              (words.front().find('=') != std::string::npos ? "compopt -o nospace; " : "") +
+              "COMPREPLY=($(compgen -W \"" + joined(words, " ") + "\" -- \"$word\")); return ;;\n";
   return replaced(kBashStart, "@COMMANDS@", joined(names, " ")) + values + kBashMiddle + options +
          replaced(kBashEnd, "@WHAT@", listWords(program));
 }

@@ -69,10 +69,9 @@ std::string standardInput() {
   return text;
 }
 
-/// How an option of a method is set, where `path` names one without saying whose it is: the methods
-/// of the config that have it, or the first of all.
-std::string methodOptionHint(const config::Value& root, const std::string& path,
-                             const std::string& value) {
+/// The whole names of a method's option, where `path` does not say whose it is: of the config's
+/// methods that have it.
+std::string methodOptionHint(const config::Value& root, const std::string& path) {
   const std::string name = path.substr(path.rfind('.') + 1);
   const auto hasOption = [&](const std::string& id) {
     const methods::MethodEntry* entry = methods::findMethod(methods::registry(), id);
@@ -89,21 +88,18 @@ std::string methodOptionHint(const config::Value& root, const std::string& path,
       const config::Value own = !isName && method.has("name") ? method.get("name") : id;
       if (id.kind() == config::Value::Kind::String && own.kind() == config::Value::Kind::String &&
           hasOption(id.asString()))
-        forms.push_back("--set methods." + own.asString() + "." + name + "=" + value);
+        forms.push_back("methods." + own.asString() + "." + name);
     }
   return joined(forms, " or ");
 }
 
 /// Names that the config cannot have, with the right form where it is a method's option.
-void checkSettingName(const config::Value& root, const std::string& path,
-                      const std::string& value) {
+void checkSettingName(const config::Value& root, const std::string& path) {
   const std::string first = path.substr(0, path.find('.'));
   for (const config::Field& field : run::runSchema().fields)
     if (field.name == first) return;
-  const std::string hint = methodOptionHint(root, path, value);
-  if (!hint.empty())
-    throw UsageError("--set " + path + "=" + value + ": \"" + path +
-                     "\" is an option of a method; write " + hint);
+  const std::string hint = methodOptionHint(root, path);
+  if (!hint.empty()) throw UsageError("\"" + path + "\" is an option of a method; name it " + hint);
 }
 
 /// Changes one value. A method is named by its number or its name in the config, and gets options
@@ -113,7 +109,7 @@ config::Value changed(const config::Value& root, const std::string& path,
   constexpr std::string_view kMethods = "methods.";
   const config::Value methods = root.get("methods");
   const std::size_t dot = path.find('.', kMethods.size());
-  checkSettingName(root, path, value);
+  checkSettingName(root, path);
   if (!path.starts_with(kMethods) || dot == std::string::npos ||
       methods.kind() != config::Value::Kind::Array)
     return config::withSetting(root, path, value);

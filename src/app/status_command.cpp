@@ -26,8 +26,8 @@ struct StatusOptions {
   bool dryRun = false;
 };
 
-constexpr ChunkState kStates[] = {ChunkState::Done, ChunkState::Running, ChunkState::Waiting,
-                                  ChunkState::Held, ChunkState::Failed};
+constexpr ChunkState kStates[] = {ChunkState::Done, ChunkState::Running,    ChunkState::Waiting,
+                                  ChunkState::Held, ChunkState::NotStarted, ChunkState::Failed};
 constexpr std::size_t kMostNotes = 10;  ///< lines about chunks; ours
 
 cluster::SubmissionProgress progressOf(const cluster::Submission& submission, bool verify) {
@@ -96,18 +96,22 @@ ExitCode status(const StatusOptions& options, const CommonOptions& common) {
     progress = progressOf(submission, options.verify);
   }
   printData(common.json ? progressJson(progress) : progressText(submission, progress));
-  const bool lost = !progress.chunksThatAre(ChunkState::Failed).empty() ||
-                    !progress.chunksThatAre(ChunkState::Held).empty();
+  const auto any = [&](ChunkState state) { return !progress.chunksThatAre(state).empty(); };
+  const bool lost = any(ChunkState::Failed) || any(ChunkState::Held);
   if (lost)
     log::warning("frames are missing that no task will render; run: catoptric retry " +
                  options.folder);
-  return lost ? ExitCode::FramesFailed : ExitCode::Done;
+  else if (any(ChunkState::NotStarted) && !any(ChunkState::Running))
+    log::info("to start: " + (submission.folder / cluster::kRunScript).string() + " [PARALLEL]");
+  return lost || any(ChunkState::NotStarted) ? ExitCode::FramesFailed : ExitCode::Done;
 }
 
 ExitCode retry(const StatusOptions& options, const CommonOptions& common) {
   cluster::Submission submission = cluster::readSubmission(options.folder);
   const cluster::SubmissionProgress progress = progressOf(submission, options.verify);
-  const std::vector<int> failed = progress.chunksThatAre(ChunkState::Failed);
+  std::vector<int> failed = progress.chunksThatAre(ChunkState::Failed);
+  std::ranges::copy(progress.chunksThatAre(ChunkState::NotStarted), std::back_inserter(failed));
+  std::ranges::sort(failed);
   const bool slurm = submission.engine == cluster::Engine::Slurm;
   const bool merges = !failed.empty() || (!progress.merged && !progress.moves());
   if (slurm && merges && !options.dryRun) cluster::submitToSlurm(submission, failed);

@@ -81,6 +81,10 @@ std::string mergeScript(const Submission& submission) {
          " --existing overwrite >" + folder + "/logs/merge.log 2>&1\n";
 }
 
+/// Runs the script $0 of the chunk $1, and says how it ended.
+constexpr const char* kRunOne =
+    R"("$0" "$1" && echo "chunk $1 is done" || { echo "chunk $1 failed" >&2; exit 1; })";
+
 std::string runScript(const Submission& submission) {
   const std::string folder = shellWord(submission.folder.string());
   const std::string failed =
@@ -106,9 +110,10 @@ std::string runScript(const Submission& submission) {
          "  exit 2\n"
          "fi\n"
          "awk -v i=\"${share%/*}\" -v n=\"${share#*/}\" 'NR % n == i % n' <<'CHUNKS' |\n" +
-         chunks + "CHUNKS\n  xargs -P \"$parallel\" -n 1 " + scriptPath(submission, kChunkScript) +
-         failed + "[ \"$share\" != 1/1 ] || " + scriptPath(submission, kMergeScript) +
-         " || { cat " + folder + "/logs/merge.log >&2; exit 6; }\n";
+         chunks + "CHUNKS\n  xargs -P \"$parallel\" -n 1 sh -c " + shellWord(kRunOne) + " " +
+         scriptPath(submission, kChunkScript) + failed + "[ \"$share\" != 1/1 ] || " +
+         scriptPath(submission, kMergeScript) + " || { cat " + folder +
+         "/logs/merge.log >&2; exit 6; }\n";
 }
 
 void writeScripts(const Submission& submission) {

@@ -84,7 +84,11 @@ ChunkState stateOf(int chunk, const Submission& submission, const QueuedTask* ta
   const bool written = std::any_of(
       submission.methods.begin(), submission.methods.end(),
       [&](const MethodShare& method) { return isWritten(submission.part(chunk) / method.folder); });
-  return written ? ChunkState::Running : ChunkState::Failed;
+  if (written) return ChunkState::Running;
+  std::error_code error;
+  const bool started =
+      submission.engine == Engine::Slurm || fs::exists(submission.log(chunk), error);
+  return started ? ChunkState::Failed : ChunkState::NotStarted;
 }
 
 /// Frames of a chunk; a study counts as one.
@@ -116,6 +120,8 @@ const char* stateName(ChunkState state) {
       return "waiting";
     case ChunkState::Held:
       return "held";
+    case ChunkState::NotStarted:
+      return "not started";
     case ChunkState::Failed:
       return "failed";
   }

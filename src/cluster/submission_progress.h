@@ -10,11 +10,12 @@
 namespace catoptric::cluster {
 
 enum class ChunkState {
-  Done,     ///< all its frames are finished
-  Running,  ///< a task renders it
-  Waiting,  ///< a task is queued for it
-  Held,     ///< its task waits for an action of the user
-  Failed,   ///< frames are missing, and no task will render them
+  Done,        ///< all its frames are finished
+  Running,     ///< a task renders it
+  Waiting,     ///< a task is queued for it
+  Held,        ///< its task waits for an action of the user
+  NotStarted,  ///< nobody has run its script yet
+  Failed,      ///< frames are missing, and no task will render them
 };
 const char* stateName(ChunkState state);
 

@@ -8,6 +8,8 @@
 
 namespace catoptric::config {
 
+/// What a field may be, and its help: "(`8`; 1 to 64): rays per sample".
+std::string fieldText(const Field& field);
 /// For example "- `rays` (`8`; 1 to 64): rays per sample" (default, allowed values).
 std::string markdownLine(const Field& field);
 /// A section with one line per field, and sections for the objects that are nested in fields.

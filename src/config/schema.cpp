@@ -402,7 +402,7 @@ std::string jsonSchema(const Schema& schema) {
   return json.dump(2) + "\n";
 }
 
-std::string markdownLine(const Field& field) {
+std::string fieldText(const Field& field) {
   std::string first = kindText(field);
   if (field.required) first = "required";
   if (!field.defaultText.empty()) first = "`" + field.defaultText + "`";
@@ -410,8 +410,11 @@ std::string markdownLine(const Field& field) {
   for (const std::string& name : field.allowed)
     if (jsonString(name) != field.defaultText) others.push_back(name);
   const std::string allowed = field.allowed.empty() ? rangeText(field) : joined(others, ", ");
-  return "- `" + field.name + "` (" + first + (allowed.empty() ? "" : "; " + allowed) +
-         "): " + field.help + "\n";
+  return "(" + first + (allowed.empty() ? "" : "; " + allowed) + "): " + field.help;
+}
+
+std::string markdownLine(const Field& field) {
+  return "- `" + field.name + "` " + fieldText(field) + "\n";
 }
 
 std::string markdownList(const Schema& schema) {

@@ -18,17 +18,6 @@ const Schema& sceneSchema() {
   return schema;
 }
 
-const Schema& suiteSchema() {
-  static const Schema schema{
-      .name = "suite",
-      .help = "A suite of nightly cases.",
-      .fields = {fields::any("comment", "Not read."),
-                 fields::required(fields::text("title", "Title.")),
-                 fields::object("gates", "What a night may differ by.", &gatesSchema()),
-                 fields::required(fields::object("scenes", "Scenes by name."))}};
-  return schema;
-}
-
 /// Names are parts of files, addresses on the page and shells' words.
 bool isName(const std::string& name) {
   return !name.empty() && name.find_first_not_of(
@@ -49,7 +38,27 @@ NightScene readScene(const std::string& name, const Value& value,
   return scene;
 }
 
+const Schema& suiteSchema() {
+  static const Schema schema{
+      .name = "suite",
+      .help = "A suite of nightly cases.",
+      .fields = {fields::any("$schema", "For editors; not read."),
+                 fields::any("comment", "Not read."),
+                 fields::required(fields::text("title", "Title.")),
+                 fields::object("gates", "What a night may differ by.", &gatesSchema()),
+                 fields::required(fields::object("scenes", "Scenes by name."))}};
+  return schema;
+}
+
 }  // namespace
+
+std::string suiteJsonSchema() {
+  return config::withSetting(config::parseText(config::jsonSchema(suiteSchema()), "schema"),
+                             "properties.scenes.additionalProperties",
+                             config::jsonSchema(sceneSchema()))
+             .dump(2) +
+         "\n";
+}
 
 NightSuite readNightSuite(const std::filesystem::path& file) {
   const Value root = config::parseFile(file);

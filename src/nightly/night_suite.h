@@ -23,6 +23,8 @@ struct NightSuite {
   Gates gates;
 };
 
+/// Text of a JSON Schema of suites.
+std::string suiteJsonSchema();
 /// Throws UsageError with the place of the error.
 NightSuite readNightSuite(const std::filesystem::path& file);
 

@@ -66,24 +66,26 @@ FrameErrors readFrame(const config::Value& value) {
 
 }  // namespace
 
-const std::vector<std::string>& metricNames() {
-  static const std::vector<std::string> names{"L1_8bit",
-                                              "L1_8bit_reflective",
-                                              "L1_8bit_elsewhere",
-                                              "L1_8bit_one_bounce",
-                                              "max_8bit",
-                                              "mae",
-                                              "rmse",
-                                              "relmse",
-                                              "over_percent",
-                                              "flip_mean",
-                                              "hdr_flip_mean",
-                                              kFlicker};
-  return names;
+const std::vector<MetricInfo>& metrics() {
+  static const std::vector<MetricInfo> all{
+      {"L1_8bit", "mean absolute difference of 8-bit sRGB values"},
+      {"L1_8bit_reflective", "L1_8bit over the pixels that show reflectors"},
+      {"L1_8bit_elsewhere", "L1_8bit over the other pixels"},
+      {"L1_8bit_one_bounce", "L1_8bit against the reference with one bounce"},
+      {"max_8bit", "largest difference of 8-bit sRGB values"},
+      {"mae", "mean absolute difference of linear radiance"},
+      {"rmse", "root of the mean squared difference of linear radiance"},
+      {"relmse", "mean squared difference, relative to the reference's squared radiance"},
+      {"over_percent", "percent of the pixels that differ visibly"},
+      {"flip_mean", "mean of LDR-FLIP [Andersson2020]"},
+      {"hdr_flip_mean", "mean of HDR-FLIP [Andersson2021]"},
+      {kFlicker, "mean change from frame to frame that the reference does not have"}};
+  return all;
 }
 
 void requireMetric(const std::string& name) {
-  const std::vector<std::string>& names = metricNames();
+  std::vector<std::string> names;
+  for (const MetricInfo& metric : metrics()) names.push_back(metric.name);
   if (std::find(names.begin(), names.end(), name) == names.end())
     throw UsageError("\"" + name + "\" is not an error measure" + didYouMean(name, names) +
                      "; allowed: " + joined(names, ", "));

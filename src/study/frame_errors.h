@@ -14,8 +14,13 @@ namespace catoptric::study {
 /// The measure that also needs the frame before each frame.
 inline constexpr const char* kFlicker = "flicker";
 
-/// The error measures that a study can use. For all of them, less is better.
-const std::vector<std::string>& metricNames();
+/// An error measure. For all of them, less is better.
+struct MetricInfo {
+  std::string name;
+  std::string meaning;
+};
+/// The error measures that a study can use.
+const std::vector<MetricInfo>& metrics();
 /// Throws UsageError, with the nearest name, if there is no measure called `name`.
 void requireMetric(const std::string& name);
 

@@ -31,23 +31,6 @@ const Schema& runSchema() {
   return schema;
 }
 
-const Schema& suiteSchema() {
-  static const Schema schema{
-      .name = "suite",
-      .help = "Tables and curves of a paper.",
-      .fields = {
-          fields::any("comment", "Not read."), fields::required(fields::text("title", "Title.")),
-          fields::text("text", "Text below the title."),
-          fields::required(fields::object("runs", "Runs by name.")),
-          fields::object("efforts", "Settings of all runs, by effort."),
-          fields::of(FieldType::Array, "checks", "Ranges that values must be in, for --check."),
-          fields::of(FieldType::Array, "tables", "Tables."),
-          fields::of(FieldType::Array, "figures", "Curves."),
-          fields::of(FieldType::Array, "pictures",
-                     "Frames of runs side by side, for --pictures.")}};
-  return schema;
-}
-
 double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
@@ -97,7 +80,33 @@ std::vector<std::string> termsOf(const std::string& sum) {
   return terms;
 }
 
+const Schema& suiteSchema() {
+  static const Schema schema{
+      .name = "suite",
+      .help = "Tables and curves of a paper.",
+      .fields = {
+          fields::any("$schema", "For editors; not read."), fields::any("comment", "Not read."),
+          fields::required(fields::text("title", "Title.")),
+          fields::text("text", "Text below the title."),
+          fields::required(fields::object("runs", "Runs by name.")),
+          fields::object("efforts", "Settings of all runs, by effort."),
+          fields::of(FieldType::Array, "checks", "Ranges that values must be in, for --check."),
+          fields::of(FieldType::Array, "tables", "Tables."),
+          fields::of(FieldType::Array, "figures", "Curves."),
+          fields::of(FieldType::Array, "pictures",
+                     "Frames of runs side by side, for --pictures.")}};
+  return schema;
+}
+
 }  // namespace
+
+std::string suiteJsonSchema() {
+  return config::withSetting(config::parseText(config::jsonSchema(suiteSchema()), "schema"),
+                             "properties.runs.additionalProperties",
+                             config::jsonSchema(runSchema()))
+             .dump(2) +
+         "\n";
+}
 
 std::string threeDigits(double value) {
   if (!std::isfinite(value)) return "";
@@ -476,16 +485,16 @@ std::vector<std::pair<std::string, std::string>> methodsOfCell(const std::string
 }
 
 std::vector<std::string> metricsOf(const Suite& suite, const std::string& run) {
-  std::vector<std::string> metrics;
+  std::vector<std::string> asked;
   for (const std::string& cell : callsOf(suite)) {
     const auto methods = methodsOfCell(cell);
     if (std::ranges::none_of(methods, [&](const auto& one) { return one.first == run; })) continue;
-    std::ranges::copy_if(parseCall(cell).arguments, std::back_inserter(metrics),
-                         [](const std::string& argument) {
-                           return std::ranges::find(metricNames(), argument) != metricNames().end();
-                         });
+    std::ranges::copy_if(
+        parseCall(cell).arguments, std::back_inserter(asked), [](const std::string& argument) {
+          return std::ranges::find(metrics(), argument, &MetricInfo::name) != metrics().end();
+        });
   }
-  return metrics;
+  return asked;
 }
 
 std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data) {

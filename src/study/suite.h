@@ -38,6 +38,8 @@ std::string threeDigits(double value);
 
 /// Throws UsageError with the place of the error.
 Suite readSuite(const std::filesystem::path& file);
+/// Text of a JSON Schema of suites.
+std::string suiteJsonSchema();
 
 /// The settings of a run for an effort. A patched scene or path is written to `folder`, together
 /// with links to the folders beside the original file, so that names of files in it stay valid. If

@@ -10,14 +10,19 @@
 namespace catoptric::run {
 namespace {
 
-constexpr std::array<std::pair<int, const char*>, 7> kMasks = {{
-    {raster::kMaskEnvironment, "mask.environment"},
-    {raster::kMaskDisoccluded, "mask.disoccluded"},
-    {raster::kMaskClamped, "mask.clamped"},
-    {raster::kMaskRetraced, "mask.retraced"},
-    {raster::kMaskBelowHorizon, "mask.below_horizon"},
-    {raster::kMaskSky, "mask.sky"},
-    {raster::kMaskTransition, "mask.transition"},
+struct Mask {
+  int bit;
+  const char* name;
+  const char* meaning;  ///< samples that ...
+};
+constexpr std::array<Mask, 7> kMasks = {{
+    {raster::kMaskEnvironment, "mask.environment", "are shaded from the environment or a cube map"},
+    {raster::kMaskDisoccluded, "mask.disoccluded", "reflect what the method has no image of"},
+    {raster::kMaskClamped, "mask.clamped", "take their radiance from a texel above 65504"},
+    {raster::kMaskRetraced, "mask.retraced", "were handed to the ray tracer"},
+    {raster::kMaskBelowHorizon, "mask.below_horizon", "have a ray that would enter the surface"},
+    {raster::kMaskSky, "mask.sky", "have a ray that left the scene"},
+    {raster::kMaskTransition, "mask.transition", "have a ray that hits a virtual wall"},
 }};
 
 /// Appends channels computed per pixel to an interleaved image.
@@ -134,14 +139,33 @@ void addLayers(image::Image& image, const SampleLayers& layers, int samples, flo
         return reflects(s) && raster::lobeOf(layers.normal[s * 4 + 3]).roughness() > 0.0f ? 1.0f
                                                                                           : 0.0f;
       });
-    for (const auto& [bit, name] : kMasks) {
-      if ((layers.filledMasks & bit) == 0) continue;
-      out.mean(name, [&, b = bit](std::size_t s) {
+    for (const Mask& mask : kMasks) {
+      if ((layers.filledMasks & mask.bit) == 0) continue;
+      out.mean(mask.name, [&, b = mask.bit](std::size_t s) {
         return reflects(s) && (layers.masks[s] & b) != 0 ? 1.0f : 0.0f;
       });
     }
   }
   out.finish();
+}
+
+const std::vector<methods::SampleLayerInfo>& frameLayers() {
+  static const std::vector<methods::SampleLayerInfo> all = [] {
+    std::vector<methods::SampleLayerInfo> layers = {
+        {"Z", "distance along the view direction, metres"},
+        {"N", "shading normal, world space"},
+        {"reflection", "reflected radiance, before it is weighted by s"},
+        {"diffuse", "diffuse radiance, before it is weighted by 1 - s"},
+        {"s", "reflectance"},
+        {"id", "number of the object, and the numbers that the method gives"},
+        {"motion", "pixels by which the surface point has moved"},
+        {"mask.reflective", "share of the pixel's samples that lie on reflectors"},
+        {"mask.glossy", "share of samples that lie on reflectors with roughness above 0"}};
+    for (const Mask& mask : kMasks)
+      layers.push_back({mask.name, std::string("share of samples that ") + mask.meaning});
+    return layers;
+  }();
+  return all;
 }
 
 }  // namespace catoptric::run

@@ -24,6 +24,8 @@ struct SampleLayers {
   std::vector<std::uint16_t> masks;
   std::uint16_t filledMasks = 0;  ///< the valid bits of `masks`; only these give layers
 };
+/// The layers that image.layers and image.masks can add to any method's frames.
+const std::vector<methods::SampleLayerInfo>& frameLayers();
 /// Adds layers to `image`, with `samples` samples per pixel and axis. Z, N and ids are those of
 /// each pixel's centre sample; the others are means over its samples. Z is the distance along -z in
 /// metres, 0 on the background.
