@@ -1,6 +1,9 @@
 // What the program consists of, and what every command has.
 #include "app/commands.h"
 
+#include <sys/ioctl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
@@ -85,6 +88,13 @@ Rows commonRows(CommonOptions& common) {
   return {flag("--json", common.json, "Print the results on stdout as JSON"),
           flag("-q,--quiet", common.quiet, "Print only warnings and errors on stderr"),
           flag("-v,--verbose", common.verbose, "Print details on stderr, too")};
+}
+
+std::string fittedText(const report::Table& table) {
+  winsize window{};
+  const bool narrow = ::isatty(STDOUT_FILENO) != 0 &&
+                      ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0;
+  return narrow ? report::toText(table, window.ws_col) : report::toText(table);
 }
 
 void printData(const std::string& text) {

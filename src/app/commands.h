@@ -7,6 +7,7 @@
 
 #include "app/command.h"
 #include "core/error.h"
+#include "report/table.h"
 
 namespace catoptric::app {
 
@@ -86,5 +87,7 @@ struct ReaderGone {};
 
 /// Writes data to stdout and checks that it was written. Throws OutputError, ReaderGone.
 void printData(const std::string& text);
+/// A table as text, without the details that a terminal on standard output has no room for.
+std::string fittedText(const report::Table& table);
 
 }  // namespace catoptric::app

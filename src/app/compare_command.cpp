@@ -97,6 +97,8 @@ ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
       report::compareRuns(run, reference, measures, {options.out, film});
   const std::span<const report::RunComparison> one(&comparison, 1);
   std::vector<report::Table> tables{report::errorView(comparison)};
+  tables.front().title =
+      options.run + " against " + options.reference;  // methods' names may be equal
   if (!comparison.pooled.objects.empty()) tables.push_back(report::objectView(comparison));
   if (comparison.pooled.classes.size() > 1) tables.push_back(report::attributionView(comparison));
   tables.push_back(report::motionView(comparison));
@@ -110,8 +112,7 @@ ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
     log::info("pictures and tables: " + out.string());
   }
   std::string text;
-  for (const report::Table& table : tables)
-    text += (text.empty() ? "" : "\n") + report::toText(table);
+  for (const report::Table& table : tables) text += (text.empty() ? "" : "\n") + fittedText(table);
   if (!film.empty()) makeFilm(options.video);
   printData(common.json ? report::errorJson(one) + "\n" : text);
   return exceeds(comparison, options) ? ExitCode::LimitsExceeded : ExitCode::Done;

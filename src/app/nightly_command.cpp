@@ -106,7 +106,7 @@ std::string listOf(const std::vector<std::string>& items) {
 
 /// Rows as objects of JSON, or the table as text.
 std::string tableText(const report::Table& table, bool json) {
-  if (!json) return table.rows.empty() ? "" : report::toText(table) + "\n";
+  if (!json) return table.rows.empty() ? "" : fittedText(table) + "\n";
   std::vector<std::string> items;
   for (const std::vector<std::string>& row : table.rows) {
     config::JsonText item;
@@ -138,7 +138,7 @@ std::string verdictsText(const std::vector<Verdict>& verdicts, bool json, const 
                         .object());
   }
   if (json) return listOf(items);
-  return table.rows.empty() ? "" : report::toText(table) + "\n";
+  return table.rows.empty() ? "" : fittedText(table) + "\n";
 }
 
 /// Table of what is not good, and the last line.

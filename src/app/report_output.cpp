@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "app/commands.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/log.h"
@@ -75,10 +76,10 @@ std::string writeTimings(const FoundRuns& found, const fs::path& out) {
       timings.size() == 1 ? report::timingView(timings.front()) : report::timingComparison(timings);
   table.notes.insert(table.notes.end(), found.failures.begin(), found.failures.end());
   const report::Table counters = report::counterView(found.runs);
-  std::string text = report::toText(table);
+  std::string text = fittedText(table);
   std::vector<report::Table> tables{table};
   if (!counters.rows.empty() || !counters.notes.empty()) {
-    text += "\n" + report::toText(counters);
+    text += "\n" + fittedText(counters);
     tables.push_back(counters);
   }
   for (const report::TimingTable& timing : timings)
@@ -96,7 +97,7 @@ std::string writeErrors(const FoundRuns& found,
   errors.notes.insert(errors.notes.end(), found.failures.begin(), found.failures.end());
   report::writeTables(out, "errors", std::span(&errors, 1));
   writeFileAtomically(out / "errors.csv", report::errorCsv(comparisons));
-  return report::toText(errors);
+  return fittedText(errors);
 }
 
 /// contact_sheet.png: all methods side by side, with their times and errors.

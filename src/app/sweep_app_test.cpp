@@ -172,7 +172,7 @@ TEST_F(Sweep, WhatIsWrongEndsWithAHint) {
   const std::map<std::string, std::string> wrong{
       {"--time meen", "did you mean \"mean\""},
       {"--vary methods.reference.sampels=1,2", "did you mean \"samples\"?"},
-      {"--vary samples=1,2", "write --set methods.reference.samples"},
+      {"--vary samples=1,2", "name it methods.reference.samples"},
       {"--vary methods.reference.samples=4..1:3", "must run from a smaller to a larger number"},
       {"--vary methods.reference.samples=0,1", "samples"},
       {"--vary methods.refrence.samples=1", "did you mean \"reference\"?"},

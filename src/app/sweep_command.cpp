@@ -118,7 +118,7 @@ ExitCode sweep(const SweepOptions& given, const CommonOptions& common) {
   study::writeSweep(bench, result, studyContext(bench));
   bench.clear();
   printData(common.json ? study::sweepJson(result, studyContext(bench)) + "\n"
-                        : report::toText(study::sweepTable(result)));
+                        : fittedText(study::sweepTable(result)));
   log::info("curves: " + (folder / "report.html").string());
   return bench.failures().empty() ? ExitCode::Done : ExitCode::FramesFailed;
 }

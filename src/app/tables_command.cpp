@@ -173,7 +173,7 @@ void writeTables(const study::Suite& suite, const study::SuiteData& data,
     tex += report::toTex(table) + "\n";
     json.push_back(report::toJson(table));
     page.table(table);
-    printData(report::toText(table) + "\n");
+    printData(fittedText(table) + "\n");
   }
   if (!charts.empty()) {
     markdown += "\n![curves](curves.svg)\n";

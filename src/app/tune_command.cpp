@@ -219,7 +219,7 @@ ExitCode tuneMixture(TuneCommand options, const study::Bound& bound, ProgressPri
   report::writeTables(folder, "table", result.tables);
   for (const report::Table& table : result.tables) {
     page.table(table);
-    text += "\n" + report::toText(table);
+    text += "\n" + fittedText(table);
   }
   page.details("Machine", studyContext(bench));
   writeFileAtomically(folder / "report.html", std::string_view(page.text()));

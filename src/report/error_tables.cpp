@@ -43,15 +43,17 @@ struct TruthColumns {
 /// Columns of the tables, after their first ones: the names of the CSV files, of JSON and of
 /// bounds.
 void appendMeasureColumns(std::vector<Column>& columns, const TruthColumns& truth) {
-  const auto add = [&](std::initializer_list<const char*> names) {
-    for (const char* name : names) columns.push_back({name, true});
+  const auto add = [&](bool detail, std::initializer_list<const char*> names) {
+    for (const char* name : names) columns.push_back({name, true, detail});
   };
-  add({"L1_8bit"});
-  if (truth.standardError) add({"standard_error"});
-  add({"L1_8bit_reflective", "L1_8bit_elsewhere"});
-  if (truth.oneBounce) add({"L1_8bit_one_bounce", "L1_8bit_bounces"});
-  add({"max_8bit", "mae", "rmse", "relmse", "psnr", "ssim", "flip_mean", "hdr_flip_mean",
-       "over_percent"});
+  add(false, {"L1_8bit"});
+  if (truth.standardError) add(true, {"standard_error"});
+  add(true, {"L1_8bit_reflective", "L1_8bit_elsewhere"});
+  if (truth.oneBounce) add(true, {"L1_8bit_one_bounce", "L1_8bit_bounces"});
+  add(false, {"max_8bit"});
+  add(true, {"mae", "rmse", "relmse", "psnr", "ssim"});
+  add(false, {"flip_mean"});
+  add(true, {"hdr_flip_mean", "over_percent"});
 }
 
 /// Measures of a row of the tables, after its first cells.
@@ -300,10 +302,11 @@ Table errorView(const RunComparison& comparison) {
 Table objectView(const RunComparison& comparison) {
   Table table;
   table.title = "Reflective objects, all frames";
-  table.columns = {{"id", true},        {"name", false},         {"pixels", true},
-                   {"L1_8bit", true},   {"rmse", true},          {"ssim", true},
-                   {"flip_mean", true}, {"hdr_flip_mean", true}, {"max_8bit", true},
-                   {"at x,y", true}};
+  table.columns = {{"id", true, true},   {"name", false},
+                   {"pixels", true},     {"L1_8bit", true},
+                   {"rmse", true, true}, {"ssim", true, true},
+                   {"flip_mean", true},  {"hdr_flip_mean", true, true},
+                   {"max_8bit", true},   {"at x,y", true, true}};
   for (const auto& [id, e] : comparison.pooled.objects) {
     const auto name = comparison.objectNames.find(id);
     table.rows.push_back(
@@ -320,9 +323,15 @@ Table attributionView(const RunComparison& comparison) {
   const ImageError& e = comparison.pooled;
   Table table;
   table.title = "Where the error is, all frames";
-  table.columns = {{"class", false},       {"pixels %", true},  {"L1_8bit", true},
-                   {"L1 %", true},         {"squared %", true}, {"hdr_flip %", true},
-                   {"own pixels %", true}, {"own L1 %", true},  {"own squared %", true}};
+  table.columns = {{"class", false},
+                   {"pixels %", true},
+                   {"L1_8bit", true},
+                   {"L1 %", true},
+                   {"squared %", true, true},
+                   {"hdr_flip %", true, true},
+                   {"own pixels %", true, true},
+                   {"own L1 %", true},
+                   {"own squared %", true, true}};
   for (const ErrorClass& one : e.classes) {
     const Percents all(one.all, e);
     const Percents own(one.own, e);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numeric>
 #include <string_view>
 
 #include "config/json_text.h"
@@ -30,22 +31,34 @@ void trimRight(std::string& text) {
 
 }  // namespace
 
-std::string toText(const Table& table) {
+std::string toText(const Table& table, std::size_t most) {
   std::vector<std::size_t> widths;
   for (std::size_t c = 0; c < table.columns.size(); ++c) {
     widths.push_back(width(table.columns[c].title));
     for (const auto& row : table.rows) widths[c] = std::max(widths[c], width(cellOf(row, c)));
   }
+  std::vector<bool> shown(widths.size(), true);
+  std::vector<std::string> leftOut;
+  std::size_t line = std::accumulate(widths.begin(), widths.end(), 2 * widths.size());
+  for (std::size_t c = widths.size(); c-- > 0;) {
+    if (line - 2 <= most || !table.columns[c].detail) continue;
+    shown[c] = false;
+    line -= widths[c] + 2;
+    leftOut.insert(leftOut.begin(), table.columns[c].title);
+  }
   std::string text = table.title.empty() ? "" : table.title + "\n";
   const auto append = [&](const std::vector<std::string>& cells) {
-    std::string line;
+    std::string row;
+    bool first = true;
     for (std::size_t c = 0; c < widths.size(); ++c) {
+      if (!shown[c]) continue;
       const std::string cell = cellOf(cells, c);
       const std::string blanks(widths[c] - width(cell), ' ');
-      line += (c > 0 ? "  " : "") + (table.columns[c].number ? blanks + cell : cell + blanks);
+      row += (first ? "" : "  ") + (table.columns[c].number ? blanks + cell : cell + blanks);
+      first = false;
     }
-    trimRight(line);
-    text += line + "\n";
+    trimRight(row);
+    text += row + "\n";
   };
   std::vector<std::string> titles;
   std::vector<std::string> rule;
@@ -58,6 +71,8 @@ std::string toText(const Table& table) {
     append(rule);
   }
   for (const auto& row : table.rows) append(row.empty() ? rule : row);
+  if (!leftOut.empty())
+    text += "Left out to fit the window: " + joined(leftOut, ", ") + " (all: | less -S)\n";
   for (const std::string& note : table.notes) text += note + "\n";
   return text;
 }

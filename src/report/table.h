@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@ namespace catoptric::report {
 struct Column {
   std::string title;
   bool number = false;  ///< right-aligned
+  bool detail = false;  ///< may be left out of a narrow window
 };
 
 struct Table {
@@ -22,8 +24,9 @@ struct Table {
 };
 
 /// Aligned text: two spaces between columns, a rule below the titles, no trailing spaces. Widths
-/// are counted in code points.
-std::string toText(const Table& table);
+/// are counted in code points. Where a line would have more than `most` columns of characters, the
+/// table's last details are left out, and named below it.
+std::string toText(const Table& table, std::size_t most = std::numeric_limits<std::size_t>::max());
 /// GitHub's Markdown, without rules; "|" is escaped.
 std::string toMarkdown(const Table& table);
 

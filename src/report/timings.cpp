@@ -184,8 +184,8 @@ TimingTable timingTable(const RunData& run, int amortize) {
 Table timingView(const TimingTable& timings) {
   Table table;
   table.title = timings.name + ": " + std::to_string(timings.frames) + " frames, times in ms";
-  table.columns = {{"step", false},   {"clock", false}, {"frames", true}, {"min", true},
-                   {"median", true},  {"mean", true},   {"max", true},    {"first", true},
+  table.columns = {{"step", false},   {"clock", false}, {"frames", true, true}, {"min", true, true},
+                   {"median", true},  {"mean", true},   {"max", true},          {"first", true},
                    {"share %", true}, {"per s", true}};
   const auto row = [&](const StepStatistics& s, bool share, bool rate) {
     table.rows.push_back({s.step, s.clock, std::to_string(s.count), ms(s.min), ms(s.median),

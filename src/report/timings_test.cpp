@@ -264,6 +264,18 @@ TEST(Table, FormsForPapersAndProgramsKeepEveryLetter) {
   EXPECT_EQ(json.get("rows").dump(), R"([[0.5,"50 % & {a}$#~^\\"],["","b"]])");
 }
 
+TEST(Table, NarrowWindowsLoseTheLastDetailsAndSayWhich) {
+  const Table table{.title = "t",
+                    .columns = {{"name"}, {"first", true, true}, {"second", true, true}, {"last"}},
+                    .rows = {{"a", "1", "2", "x"}, {}, {"b", "3", "4", "y"}},
+                    .notes = {}};
+  EXPECT_EQ(toText(table, 25), toText(table));
+  EXPECT_EQ(toText(table, 24),
+            "t\nname  first  last\n----  -----  ----\na         1  x\n----  -----  ----\n"
+            "b         3  y\nLeft out to fit the window: second (all: | less -S)\n");
+  EXPECT_EQ(toText(table, 1).substr(0, 13), "t\nname  last\n");
+}
+
 TEST(Table, BarsInCellsAreEscaped) {
   EXPECT_EQ(toMarkdown({"", {{"a|b"}}, {{"c"}}, {}}), "| a\\|b |\n|---|\n| c |\n");
 }

@@ -151,13 +151,17 @@ report::Table sweepTable(const SweepResult& result) {
       std::ranges::any_of(result.points, [](const auto& point) { return point.seconds > 0.0; });
   if (anyTimed) {
     const std::string mean = timeName({time.clock, TimeKind::Of::Mean, time.amortize});
-    for (const std::string& name : {std::string("first frame"), std::string("steady frame"), mean})
-      table.columns.push_back({name + " ms", true});
+    const auto add = [&](const std::string& name, TimeKind::Of of) {
+      table.columns.push_back({name + " ms", true, of != time.of});
+    };
+    add("first frame", TimeKind::Of::First);
+    add("steady frame", TimeKind::Of::Steady);
+    add(mean, TimeKind::Of::Mean);
     table.columns.push_back({"ratio", false});
   }
   for (const std::string& metric : result.request.metrics) {
     table.columns.push_back({metric, true});
-    table.columns.push_back({"worst (frame)", true});
+    table.columns.push_back({"worst (frame)", true, true});
   }
   table.columns.push_back({"", false});
   for (const SweepPoint& point : result.points) {
