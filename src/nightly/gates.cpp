@@ -1,14 +1,24 @@
 #include "nightly/gates.h"
 
+#include <algorithm>
+
 #include "config/fields.h"
+#include "study/frame_errors.h"
 
 namespace catoptric::nightly {
 namespace {
 
 using config::Schema, config::Value;
 
-config::Field share(const std::string& name, const char* help) {
+config::Field share(const std::string& name, const std::string& help) {
   return config::fields::number(name, help, "", 0.0);
+}
+
+std::string meaningOf(const std::string& measure) {
+  if (measure == "hdr_flip_q3") return "third quartile of HDR-FLIP, weighted";
+  if (measure == "worst_tile") return "largest L1_8bit of 16 x 16 pixels";
+  if (measure == "worst_reflector") return "largest L1_8bit of a reflector";
+  return std::ranges::find(study::metrics(), measure, &study::MetricInfo::name)->meaning;
 }
 
 }  // namespace
@@ -28,7 +38,7 @@ const Schema& gatesSchema() {
                             config::fields::arrayOf("watch", "Counters that may not rise.",
                                                     config::FieldType::String)}};
     for (const auto& [name, limit] : Gates().picture)
-      gates.fields.push_back(share(name, "Limit of a picture's difference."));
+      gates.fields.push_back(share(name, "Limit of a picture's " + meaningOf(name) + "."));
     return gates;
   }();
   return schema;

@@ -29,6 +29,7 @@ struct LoadLimits {
   std::size_t maxFileBytes = std::size_t{1} << 30;
   std::size_t maxTexturePixels = std::size_t{1} << 26;
   std::size_t maxNodes = 1'000'000;
+  bool showMissingTextures = false;  ///< of glTF files: a checkerboard and a warning, no error
 };
 
 /// The default limits. The environment variable CATOPTRIC_SCENE_MIB, if set, determines maxBytes.

@@ -253,6 +253,9 @@ const OptionTable<RunConfig>& runTable() {
            "environment",
            "Replaces the scene's environment light: an image (latitude-longitude, .exr or .hdr), a "
            "colour (\"#8090a0\"), a radiance (\"0.5,0.5,0.5\") or \"sky\".")),
+       field(&RunConfig::showMissingTextures, "missing_textures",
+             config::names<bool>({{"error", false}, {"show", true}}),
+             "Missing images of glTF files; show: a checkerboard."),
        field(&RunConfig::frames, "frames", "Frames of the path [all]."),
        group("image", imageTable(), "Size, samples, layers."),
        readApart({.name = "methods",

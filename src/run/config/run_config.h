@@ -66,6 +66,7 @@ struct RunConfig {
   std::string camera;           ///< see scene::cameraPath()
   std::string cameraReference;  ///< where the camera is named
   std::optional<scene::Environment> environment;  ///< replaces the scene's own
+  bool showMissingTextures = false;               ///< see scene::LoadLimits
   std::string frames;                             ///< empty: all frames of the path
   methods::RunSettings image;
   image::Compression compression = image::Compression::Zip;

@@ -91,7 +91,9 @@ Stage::Stage(const RunConfig& run) : run_(run) {
   checkKinds(run_);
   scene_ = timer_.measure("scene", [&] {
     try {
-      return scene::loadScene(run_.scene, scene::limitsOfEnvironment(), run_.environment);
+      scene::LoadLimits limits = scene::limitsOfEnvironment();
+      limits.showMissingTextures = run_.showMissingTextures;
+      return scene::loadScene(run_.scene, limits, run_.environment);
     } catch (const UsageError& error) {  // of its description
       throw SceneError(error.what());
     }

@@ -394,6 +394,26 @@ TEST_F(Gltf, TexturesSamplersAndTransforms) {
   }
 }
 
+TEST_F(Gltf, MissingTexturesShowACheckerboardWhereThatIsAskedFor) {
+  w = triangleFile();
+  w.arrays["meshes"] = {R"({"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":)" +
+                        std::to_string(w.floats({0, 0, 1, 0, 0, 1}, "VEC2")) +
+                        R"(},"indices":2,"material":0}]})"};
+  w.add("images", R"({"uri":"none.png"})");
+  w.add("textures", R"({"source":0})");
+  w.add("materials", R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0},
+        "metallicRoughnessTexture":{"index":0}},"normalTexture":{"index":0}})");
+  EXPECT_THROW(load(), SceneError);
+  const Scene scene = loadGltf(w.gltf(folder), {.showMissingTextures = true});
+  EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("/images/0: \"none.png\" is missing")));
+  const Material& m = scene.materials.at(0);
+  const auto levels = [&](const TextureSlot& slot) {
+    return scene.textures.at(static_cast<std::size_t>(slot.texture)).levels;
+  };
+  EXPECT_EQ(levels(m.baseColorTexture).front().width, 8);
+  EXPECT_EQ(levels(m.normalTexture).front().rgba, (std::vector<std::uint8_t>{128, 128, 255, 255}));
+}
+
 TEST_F(Gltf, LightsAndCameras) {
   w = triangleFile();
   w.members["extensions"] =

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <optional>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -15,6 +16,10 @@
 
 namespace catoptric::scene::gltf {
 namespace {
+
+constexpr int kBoard = 8;             ///< texels along the edge of a missing image's stand-in
+constexpr std::uint8_t kWhite = 255;  ///< data that leave a factor as it is
+constexpr std::uint8_t kFlat = 128;   ///< X and Y of a normal that is the surface's own
 
 /// A texture as the scene needs it: one image may serve as colour and as data, and with several
 /// samplers.
@@ -195,7 +200,8 @@ class MaterialReader {
     return m;
   }
 
-  image::Image8 decode(int index) {
+  /// Null: its file cannot be read, and LoadLimits::showMissingTextures is set.
+  std::optional<image::Image8> decode(int index) {
     const tinygltf::Image& source = reader_.model.images[static_cast<std::size_t>(index)];
     const std::string place = elementPlace("images", static_cast<std::size_t>(index));
     std::vector<std::byte> file;
@@ -211,12 +217,33 @@ class MaterialReader {
       try {
         file = readFile(path, reader_.limits.maxFileBytes);
       } catch (const Error& e) {
-        reader_.fail(place + "/uri", e.what());
+        if (reader_.limits.showMissingTextures) return std::nullopt;
+        reader_.fail(place + "/uri",
+                     std::string(e.what()) +
+                         " (--set missing_textures=show renders a checkerboard instead)");
       }
       bytes = file;
       name += " (" + path.string() + ")";
     }
     return image::decodeImage8(bytes, name, reader_.limits.maxTexturePixels);
+  }
+
+  /// What is drawn for a missing image: colours show a checkerboard, data change nothing.
+  image::Image8 standIn(std::size_t texture) const {
+    const auto of = [&](const TextureSlot& slot) {
+      return slot.texture == static_cast<int>(texture);
+    };
+    if (!reader_.scene.textures[texture].srgb) {
+      const bool normals = std::ranges::any_of(
+          reader_.scene.materials, [&](const Material& m) { return of(m.normalTexture); });
+      return {1, 1, {normals ? kFlat : kWhite, normals ? kFlat : kWhite, kWhite, kWhite}};
+    }
+    image::Image8 board{kBoard, kBoard, {}};
+    for (int i = 0; i < kBoard * kBoard; ++i) {
+      const std::uint8_t light = (i % kBoard + i / kBoard) % 2 == 0 ? kWhite : 0;
+      board.rgba.insert(board.rgba.end(), {light, 0, light, kWhite});
+    }
+    return board;
   }
 
   /// Each image is decoded once, its mip chain made once for colour and once for data.
@@ -225,6 +252,7 @@ class MaterialReader {
       int image = kNone;
       std::vector<std::size_t> textures;
       std::exception_ptr error;
+      bool missing = false;
     };
     std::vector<Job> jobs;
     for (std::size_t t = 0; t < keys_.size(); ++t) {
@@ -236,7 +264,7 @@ class MaterialReader {
     parallelFor(jobs.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         try {
-          decodeJob(jobs[i].image, jobs[i].textures);
+          jobs[i].missing = !decodeJob(jobs[i].image, jobs[i].textures);
         } catch (...) {
           jobs[i].error = std::current_exception();
         }
@@ -244,11 +272,26 @@ class MaterialReader {
     });
     for (const Job& job : jobs) {
       if (job.error) std::rethrow_exception(job.error);
+      if (job.missing)
+        reader_.scene.warnings.push_back(
+            reader_.file + ": " + elementPlace("images", static_cast<std::size_t>(job.image)) +
+            ": \"" + reader_.model.images[static_cast<std::size_t>(job.image)].uri +
+            "\" is missing: its colours show a checkerboard");
     }
   }
 
-  void decodeJob(int imageIndex, const std::vector<std::size_t>& uses) {
-    image::Image8 image = decode(imageIndex);
+  /// False: the image is missing, and its textures have stand-ins.
+  bool decodeJob(int imageIndex, const std::vector<std::size_t>& uses) {
+    std::optional<image::Image8> decoded = decode(imageIndex);
+    if (!decoded) {
+      for (const std::size_t t : uses) {
+        const image::Image8 board = standIn(t);
+        Texture& texture = reader_.scene.textures[t];
+        texture.levels = makeMipChain(board.width, board.height, board.rgba, texture.srgb);
+      }
+      return false;
+    }
+    image::Image8& image = *decoded;
     reader_.reserveBytes(uses.size() * mipChainBytes(image.width, image.height),
                          elementPlace("images", static_cast<std::size_t>(imageIndex)));
     for (std::size_t u = 0; u < uses.size(); ++u) {
@@ -264,6 +307,7 @@ class MaterialReader {
           u + 1 == uses.size() ? std::move(image.rgba) : std::vector<std::uint8_t>(image.rgba);
       texture.levels = makeMipChain(image.width, image.height, std::move(rgba), texture.srgb);
     }
+    return true;
   }
 
   Reader& reader_;
