@@ -92,7 +92,8 @@ TEST(RunConfig, AllErrorsAtOnceWithPlaces) {
       messageOf("{\"scene\": \"a\",\n\"frame\": \"1\",\n\"image\": {\"samples\": 9},\n\"methods\": "
                 "[\"tracd\",\n{\"method\": \"traced\", \"bvh\": \"refitt\"}, {\"bvh\": 1}]}"),
       "configs/f.json:2: /frame: unknown name \"frame\" (did you mean \"frames\"?); allowed: "
-      "$schema, comment, scene, path, camera, environment, frames, image, methods, errors, "
+      "$schema, comment, scene, path, camera, environment, missing_textures, frames, image, "
+      "methods, errors, "
       "preview, sweep, "
       "seed, "
       "device, "
