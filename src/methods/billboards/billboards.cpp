@@ -31,7 +31,7 @@ const MethodEntry& billboardsEntry() {
         .paper = "[Popescu2006] impostors",
         .steps = impostors::commonSteps(),
         .counters = std::move(counters),
-        .tables = {impostors::impostorsTable()},
+        .tables = {impostors::impostorsTable(), impostors::unfitTable()},
         .tests =
             {.small =
                  R"({"face_size": 64, "texture_size": 64, "plane_size": 64, "fallback": "none"})",

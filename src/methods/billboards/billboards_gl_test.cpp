@@ -127,6 +127,40 @@ TEST(Billboards, ReflectorsWhoseImagesDoNotFitAreTraced) {
   }
 }
 
+// The balls stand on the floor, which sees them under large angles; from the ball above they are
+// far.
+TEST(Billboards, AFloorAmongObjectsIsTraced) {
+  test::SceneBuilder builder;
+  builder.constantEnvironment(Vec3(0.25f));
+  const int mirror = builder.reflective(0.9f);
+  builder.add(scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Unit), mirror);
+  builder.add(scene::makeSphere(0.3f, 32, 16, scene::UvMode::Unit), mirror,
+              test::translation({0.0f, 1.8f, 0.0f}));
+  const int material = unlit(builder);
+  for (const Mat4& turn :
+       {Mat4(1.0f), test::rotation(72.0f, {0, 1, 0}), test::rotation(144.0f, {0, 1, 0}),
+        test::rotation(216.0f, {0, 1, 0}), test::rotation(288.0f, {0, 1, 0})})
+    builder.add(scene::makeSphere(0.4f, 32, 16, scene::UvMode::Unit), material,
+                turn * test::translation({0.7f, 0.4f, 0.0f}));
+  test::GlStage stage(builder.scene(), kSettings);
+  const scene::Camera camera =
+      scene::lookAt({0.0f, 3.0f, 6.0f}, {0.0f, 1.2f, 0.0f}, {0.0f, 1.0f, 0.0f}, radians(50.0f));
+  const FrameOutput output = test::GlMethod(stage, billboardsEntry()).render(camera);
+  const test::TracedSamples samples(stage, camera, {});
+  const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
+  std::size_t ofFloor = 0;
+  for (std::size_t i = 0; i < samples.ours.size(); ++i) {
+    if (ids[samples.places[i]] != 1) continue;
+    ++ofFloor;
+    EXPECT_EQ(samples.ours[i], samples.traced[i]);
+  }
+  EXPECT_EQ(output.counters.at("unfit"), 1u);
+  EXPECT_EQ(output.counters.at("traced_samples"), ofFloor);
+  EXPECT_GT(ofFloor, 500u);
+  EXPECT_GT(samples.ours.size(), ofFloor);
+  EXPECT_GT(output.counters.at("impostors_rendered"), 0u) << "for the ball";
+}
+
 TEST(Billboards, BallsOfFewSamplesAreTracedWhileAWideOneHasImages) {
   test::SceneBuilder builder = ballAndQuads();
   const int mirror = builder.reflective(0.9f);

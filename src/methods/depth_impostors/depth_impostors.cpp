@@ -167,8 +167,8 @@ const MethodEntry& depthImpostorsEntry() {
                         "of `spans`: runs that were dropped, because a row has too few `points`",
                         false, "intersection srdm, srdm_two_rows"});
     counters.push_back({"clipped",
-                        "pairs of a ray and a depth map whose frustum the ray misses, except "
-                        "pairs in `culled`; counted only where the CPU intersects rays"});
+                        "pairs of a ray and a depth map whose frustum the ray misses, without "
+                        "`culled`; only where the CPU intersects rays"});
     std::vector<StepInfo> steps = impostors::commonSteps();
     steps.insert(steps.begin() + 2, {"srdm", "frames", "rows of new depth maps are simplified"});
     return MethodEntry{
@@ -179,7 +179,7 @@ const MethodEntry& depthImpostorsEntry() {
         .paper = "[Popescu2006] impostors",
         .steps = std::move(steps),
         .counters = std::move(counters),
-        .tables = {impostors::impostorsTable()},
+        .tables = {impostors::impostorsTable(), impostors::unfitTable()},
         .tests =
             {.small =
                  R"({"face_size": 64, "texture_size": 64, "plane_size": 64, "fallback": "none", "domains": 18})",

@@ -77,6 +77,56 @@ TEST(DepthImpostors, ABallIsWhereItIs) {
   }
 }
 
+TEST(DepthImpostors, OnlyAReflectorThatReflectsItselfIsTraced) {
+  test::SceneBuilder builder = twoBalls();
+  // A corner of three mirrors beside the ball
+  const int mirror = builder.reflective(0.9f);
+  scene::Mesh corner;
+  for (const Mat4& turn : {Mat4(1.0f), test::rotation(90.0f, {1.0f, 0.0f, 0.0f}),
+                           test::rotation(-90.0f, {0.0f, 0.0f, 1.0f})}) {
+    const auto first = static_cast<std::uint32_t>(corner.positions.size());
+    const scene::Mesh side = scene::makePlane({0.5f, 0.5f}, {1, 1}, scene::UvMode::Unit);
+    for (std::size_t i = 0; i < side.positions.size(); ++i) {
+      corner.positions.emplace_back(turn * Vec4(side.positions[i] - Vec3(0, 0.25f, 0), 1.0f));
+      corner.normals.emplace_back(turn * Vec4(side.normals[i], 0.0f));
+    }
+    for (const std::uint32_t i : side.indices) corner.indices.push_back(first + i);
+  }
+  constexpr std::uint32_t kCorner = 3;
+  builder.add(std::move(corner), mirror, test::translation({0.6f, 0.0f, -0.6f}));
+  const RunSettings settings = test::framesOf(96, 96, 1, true);
+  for (const bool traces : {true, false}) {
+    test::GlStage stage(builder.scene(), settings);
+    const FrameOutput output =
+        test::GlMethod(stage, depthImpostorsEntry(), traces ? "{}" : R"({"fallback": "none"})")
+            .render(camera());
+    const test::TracedSamples samples(stage, camera(), {});
+    const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
+    const std::vector<std::uint16_t> masks = raster::readMasks(stage.gbuffer.masks);
+    std::size_t ofCorner = 0;
+    std::size_t others = 0;
+    for (std::size_t i = 0; i < samples.ours.size(); ++i) {
+      const bool corners = ids[samples.places[i]] == kCorner;
+      (corners ? ofCorner : others) += 1;
+      const bool traced = traces && corners;
+      EXPECT_EQ((masks[samples.places[i]] & raster::kMaskRetraced) != 0, traced);
+      if (traced) {
+        EXPECT_EQ(samples.ours[i], samples.traced[i]);
+      }
+    }
+    EXPECT_GT(ofCorner, 200u);
+    EXPECT_GT(others, 300u);
+    EXPECT_EQ(output.counters.at("unfit"), 1u);
+    EXPECT_EQ(output.counters.at("traced_reflectors"), traces ? 1u : 0u);
+    EXPECT_EQ(output.counters.at("traced_samples"), traces ? ofCorner : 0u);
+    EXPECT_GT(output.counters.at("impostors_rendered"), 0u);
+    const auto table = std::ranges::find(output.tables, "unfit", &Table::name);
+    ASSERT_NE(table, output.tables.end());
+    EXPECT_EQ(table->rows(), (std::vector<Row>{{std::int64_t{kCorner}, std::string("itself"),
+                                                std::int64_t{traces ? 1 : 0}}}));
+  }
+}
+
 TEST(DepthImpostors, TheProcessorShowsWhatTheDeviceShows) {
   for (const std::string way :
        {R"("walk")", R"("srdm")", R"("srdm_two_rows")", R"("srdm", "refine": 4)",

@@ -7,14 +7,14 @@
 
 namespace catoptric::methods {
 
-trace::ReflectionCounts traceSamples(const TracedPart& samples, const scene::Camera& camera,
-                                     Services& services, Bands& bands) {
+TracedCounts traceSamples(const TracedPart& samples, const scene::Camera& camera,
+                          Services& services, Bands& bands) {
   raster::GBuffer& gbuffer = *services.gbuffer;
   const trace::TraceScene& trace = samples.trace;
   const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight()}, camera, trace.scene(),
                           trace.extents(), samples.own);
   const float spread = scene::pixelSpreadRad(camera, gbuffer.sampleHeight());
-  trace::ReflectionCounts counts;
+  TracedCounts counts;
   std::mutex mutex;
   const double seconds = bands.run(
       {gbuffer, tiles, services.timer, trace.scene(), samples.own, samples.masks, samples.mark},
@@ -29,6 +29,7 @@ trace::ReflectionCounts traceSamples(const TracedPart& samples, const scene::Cam
         mine.resolveSeconds = secondsSince(start) - mine.traceSeconds;
         const std::scoped_lock lock(mutex);
         counts.add(mine);
+        counts.samples += members.count;
       });
   counts.shareTime(seconds);
   services.timer.add("trace", counts.traceSeconds);

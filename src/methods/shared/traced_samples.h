@@ -17,9 +17,13 @@ struct TracedPart {
   std::uint16_t mark = 0;  ///< BandFrame::mark
 };
 
+struct TracedCounts : trace::ReflectionCounts {
+  std::uint64_t samples = 0;
+};
+
 /// Sets GBuffer::reflection (and masks) of the samples. Timed as the steps readback, trace, resolve
 /// and upload.
-trace::ReflectionCounts traceSamples(const TracedPart& samples, const scene::Camera& camera,
-                                     Services& services, Bands& bands);
+TracedCounts traceSamples(const TracedPart& samples, const scene::Camera& camera,
+                          Services& services, Bands& bands);
 
 }  // namespace catoptric::methods

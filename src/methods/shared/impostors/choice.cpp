@@ -18,6 +18,7 @@ constexpr float kCoincides = 1e-3f;
 /// Limit for the sum of the predicted errors of a reflector's billboards: solid angle times the
 /// angle by which a billboard is off, sr rad. Ours, measured in docs/papers/impostors.md.
 constexpr float kBillboardsError = 0.25f;
+constexpr float kMostAngleRad = 0.25f * kPi;  ///< of a billboard in place of depth maps; ours
 /// So many objects get depth maps all, which is fast enough. Ours, measured there, too.
 constexpr std::size_t kFewObjects = 32;
 /// Cells along the edge of the octahedral map of directions, in the object's frame: reflectors in
@@ -68,6 +69,7 @@ class Chooser {
     const std::size_t count = geometry_.objects.size();
     choice_.chosen.assign(count, false);
     choice_.listOf.resize(count);
+    choice_.billboardErrors.assign(count, 0.0f);
     const std::vector<int> objects = wanted();
     for (const int object : objects) choice_.chosen[static_cast<std::size_t>(object)] = true;
     billboardsToo_ = options_.depthMaps == DepthMaps::Needed ||
@@ -114,14 +116,18 @@ class Chooser {
     return solid * std::atan(aside / distance);
   }
 
-  /// The same of a billboard: its points are off by the object's radius along rays that leave the
-  /// reflector anywhere about its centroid.
+  /// The angle by which points of a billboard are off: by the object's radius, along rays that
+  /// leave the reflector anywhere about its centroid.
+  float angleOfBillboard(int reflector, int object) const {
+    const Vec3 line = shape(reflector).centroid - shape(object).centroid;
+    return std::atan2(shape(reflector).radius * shape(object).radius, glm::dot(line, line));
+  }
+
+  /// The same as errorOfDirection(), of a billboard.
   float errorOfBillboard(int reflector, int object) const {
-    const float distance = glm::length(shape(reflector).centroid - shape(object).centroid);
-    const float across = shape(reflector).radius * shape(object).radius;
-    if (!(distance * distance > across)) return std::numeric_limits<float>::max();
-    const float solid = std::min(2.0f * kPi, 0.5f * shape(object).area / (distance * distance));
-    return solid * std::atan(across / (distance * distance));
+    const Vec3 line = shape(reflector).centroid - shape(object).centroid;
+    const float solid = std::min(2.0f * kPi, 0.5f * shape(object).area / glm::dot(line, line));
+    return solid * angleOfBillboard(reflector, object);
   }
 
   /// Of an object, for the reflector for which it is largest.
@@ -208,7 +214,8 @@ class Chooser {
     std::vector<std::pair<float, int>> errors;
     for (std::size_t o = 0; o < choice_.chosen.size(); ++o) {
       const int object = static_cast<int>(o);
-      if (choice_.chosen[o] && object != reflector && !asPlanes(reflector, object))
+      if (choice_.chosen[o] && object != reflector && !asPlanes(reflector, object) &&
+          angleOfBillboard(reflector, object) < kMostAngleRad)
         errors.emplace_back(errorOfBillboard(reflector, object), object);
     }
     std::ranges::sort(errors);
@@ -233,6 +240,9 @@ class Chooser {
     if (kind_ == Kind::Billboard ||
         (billboardsToo_ && billboards_[static_cast<std::size_t>(object)])) {
       into.members.push_back(billboard(reflector, object));
+      if (kind_ == Kind::Billboard)
+        choice_.billboardErrors[static_cast<std::size_t>(reflector)] +=
+            errorOfBillboard(reflector, object);
     } else {
       depthMaps(reflector, object, into);
     }

@@ -40,7 +40,10 @@ struct Choice {
   std::vector<ImpostorList> listOf;  ///< by object: its list; empty if it is not reflective
   /// Non-planar objects that enclose a reflector; they stay in the environment map.
   std::uint64_t enclosing = 0;
-  std::uint64_t left = 0;        ///< objects beyond Options::most; they stay in the environment map
+  std::uint64_t left = 0;  ///< objects beyond Options::most; they stay in the environment map
+  /// By object: the sum of the predicted errors of a reflector's billboards, sr rad; only of the
+  /// method billboards.
+  std::vector<float> billboardErrors;
   std::uint64_t coinciding = 0;  ///< pairs of a reflector and an object with the same centroid
 };
 

@@ -81,6 +81,11 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
     follow({}, services);
     drawEnvironment(services);
   }
+  services.timer.measure("choose", [&] {
+    unfit_ = services.scene.animated()
+                 ? startOf(services.scene, settings).unfit
+                 : unfitReflectors(options_, services.scene, services.geometry, choice_, reflects_);
+  });
 }
 
 void ImpostorMethod::follow(const FrameInput& input, Services& services) {
@@ -434,8 +439,19 @@ void ImpostorMethod::report(const Services&, FrameOutput& output) const {
   output.counters["enclosing"] = choice_.enclosing;
   output.counters["left_in_map"] = choice_.left;
   output.counters["coinciding"] = choice_.coinciding;
+  output.counters["unfit"] =
+      static_cast<std::uint64_t>(std::ranges::count_if(inView_, [&](int r) { return isUnfit(r); }));
   output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
   output.counters["clamped_images"] = images_.clampedTexels() + planes_.clampedTexels();
+  if (output.counters["unfit"] > 0) {
+    Table& table = output.tables.emplace_back(unfitTable());
+    for (const int r : inView_) {
+      const auto o = static_cast<std::size_t>(r);
+      if (isUnfit(r))
+        table.add(r + 1, std::string(unfit_[o] == Unfit::Itself ? "itself" : "near"),
+                  traced_[o] ? 1 : 0);
+    }
+  }
   if (needed_.empty()) return;
   Table& table = output.tables.emplace_back(impostorsTable());
   for (const int index : needed_) {

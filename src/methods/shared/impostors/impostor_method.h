@@ -16,6 +16,7 @@
 #include "methods/shared/impostors/images.h"
 #include "methods/shared/impostors/options.h"
 #include "methods/shared/impostors/processor.h"
+#include "methods/shared/impostors/unfit.h"
 #include "methods/shared/reflectors.h"
 #include "methods/shared/traced_samples.h"
 #include "raster/passes/refractive_samples.h"
@@ -24,6 +25,8 @@ namespace catoptric::methods::impostors {
 
 /// The columns of impostors.csv.
 const TableInfo& impostorsTable();
+/// The columns of unfit.csv.
+const TableInfo& unfitTable();
 /// The steps of both methods.
 std::vector<StepInfo> commonSteps();
 std::vector<CounterInfo> commonCounters();
@@ -63,6 +66,12 @@ class ImpostorMethod : public Method, public KeepsFrames {
 
  private:
   void follow(const FrameInput& input, Services& services);
+  /// A scene in the pose in which the run's decisions are made, and what is chosen there.
+  struct Start {
+    Choice choice;
+    std::vector<Unfit> unfit;
+  };
+  Start startOf(const scene::Scene& scene, const RunSettings& settings) const;
   std::vector<int> visibleReflectors(const FrameInput& input, const Services& services) const;
   /// Bytes of an impostor's image, and of what is made of it.
   std::uint64_t bytesOf(const Impostor& impostor, Images::Kept kept) const;
@@ -98,6 +107,9 @@ class ImpostorMethod : public Method, public KeepsFrames {
     return reflectors_.classOf[static_cast<std::size_t>(reflector) + 1] ==
            raster::SampleClass::Glossy;
   }
+  bool isUnfit(int reflector) const {
+    return unfit_[static_cast<std::size_t>(reflector)] != Unfit::No;
+  }
   /// Whether impostors shade glossy reflectors, or mirrors, in this frame.
   bool shows(bool glossy) const;
   /// The parts of the frame that may show these.
@@ -114,6 +126,7 @@ class ImpostorMethod : public Method, public KeepsFrames {
   Reflectors reflectors_;
   std::vector<bool> reflects_;  ///< by object: reflectors that this method shades
   std::vector<bool> mirrors_;   ///< by object: all reflectors
+  std::vector<Unfit> unfit_;    ///< by object
   raster::RefractiveSamples refractive_;
   std::vector<frame::WorldLight> lights_;
   std::vector<Shape> shapes_;
@@ -123,7 +136,8 @@ class ImpostorMethod : public Method, public KeepsFrames {
   Images planes_;  ///< images of the planes of objects
   CubeMap cubeMap_;
   HalfCube cubeInMemory_;
-  std::vector<int> visible_;         ///< reflectors in view that impostors shade
+  std::vector<int> inView_;          ///< reflectors
+  std::vector<int> visible_;         ///< those of them that impostors shade
   std::vector<bool> traced_;         ///< by object: reflectors in view that are traced instead
   std::vector<ImpostorList> shown_;  ///< Choice::listOf, or the part that the frame needs
   std::vector<Cost> costs_;          ///< by impostor

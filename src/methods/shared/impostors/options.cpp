@@ -46,11 +46,11 @@ std::vector<config::Option<Options>> common() {
       field(&Options::intersectOn, "intersect_on", kUnits,
             "where mirror rays are intersected. device: in a shader; processor: on the CPU; auto: "
             "on the CPU if OpenGL runs there"),
-      config::mebibytes(&Options::memoryBytes, "memory_mib",
-                        "memory of all images, MiB; beyond it `fallback` renders reflectors"),
+      config::mebibytes(&Options::memoryBytes, "memory_mib", "memory of all images, MiB"),
       field(&Options::fallback, "fallback", kFallbacks,
-            "reflectors whose images exceed `memory_mib`, or take longer than tracing. traced: "
-            "Embree traces them; none: they keep images; beyond `memory_mib` the run ends"),
+            "`unfit` reflectors, and those whose images exceed `memory_mib` or take longer than "
+            "tracing. traced: Embree traces them; none: they keep images; beyond `memory_mib` the "
+            "run ends"),
   };
 }
 

@@ -13,12 +13,22 @@ const TableInfo& impostorsTable() {
   return table;
 }
 
+const TableInfo& unfitTable() {
+  static const TableInfo table{"unfit",
+                               "an unfit reflector in view",
+                               {{"object", ColumnType::Integer, "id of the object"},
+                                {"reason", ColumnType::Text, "itself or near"},
+                                {"traced", ColumnType::Integer, "1: by Embree"}}};
+  return table;
+}
+
 std::vector<StepInfo> commonSteps() {
   return {{"cube_map", "start, frames",
            "the environment map is drawn without objects that have impostors; again after "
            "something has moved"},
           {"impostors", "frames", "images of new and changed impostors are drawn"},
-          {"choose", "frames", "if images are many: which reflectors the frame's samples need"},
+          {"choose", "start, frames",
+           "start: which reflectors are `unfit`; frames: which have images, if these are many"},
           {"intersect", "frames",
            "rays are intersected with impostors, or looked up in the environment map"},
           {"readback", "frames",
@@ -39,15 +49,18 @@ std::vector<CounterInfo> commonCounters() {
       {"transition", "samples with a ray that hits a virtual wall", false,
        "transition_height above 0"},
       {"culled",
-       "pairs of a ray and an impostor that were not tested, because the impostor lies outside "
-       "the bounding cone of the tile's rays or behind their hits; counted only where the CPU "
-       "intersects rays"},
+       "pairs of a ray and an impostor that were not tested: it lies outside the bounds of a "
+       "tile's "
+       "rays, or behind their hits; only where the CPU intersects rays"},
       {"impostors_rendered", "images drawn in this frame"},
       {"impostors_reused", "images reused from earlier frames"},
-      {"enclosing", "objects that enclose a reflector and stay in the environment map"},
-      {"left_in_map", "objects beyond the option `most`, which stay in the environment map"},
+      {"enclosing", "objects about a reflector, in the environment map"},
+      {"left_in_map", "objects beyond `most`, in the environment map"},
       {"traced_reflectors", "reflectors that `fallback` traces"},
       {"traced_samples", "samples of these"},
+      {"unfit",
+       "reflectors in view that reflect much of themselves (itself) or, for billboards, are near "
+       "large objects (near)"},
       {"coinciding", "pairs of a reflector and an object with the same centroid"},
       {"refraction_mirrored", "samples of refractive materials, which are mirrored instead"},
       {"shows_clamped",

@@ -57,6 +57,21 @@ double ofMirrors(std::uint64_t tests, std::uint64_t rays) {
   return beyondTracing(kTexelsPerDepthMaps * static_cast<double>(tests), rays);
 }
 
+/// Names of the unfit reflectors, with the reasons.
+std::string listed(const std::vector<Unfit>& unfit, const scene::Scene& scene) {
+  std::string text;
+  for (const auto& [reason, words] : {std::pair(Unfit::Itself, "; reflect much of themselves: "),
+                                      std::pair(Unfit::Near, "; billboards would be far off: ")}) {
+    const char* separator = words;
+    for (std::size_t o = 0; o < unfit.size(); ++o) {
+      if (unfit[o] != reason) continue;
+      text += separator + scene.objects[o].name;
+      separator = ", ";
+    }
+  }
+  return text;
+}
+
 std::uint64_t samplesOf(const RunSettings& settings) {
   return static_cast<std::uint64_t>(settings.width * settings.samples) *
          static_cast<std::uint64_t>(settings.height * settings.samples);
@@ -91,6 +106,18 @@ Cost ImpostorMethod::mostOf(const RunSettings& settings, bool lasts, std::uint64
   return {options_.memoryBytes, allowedTexels(samplesOf(settings), rays) - (lasts ? 0.0 : cube)};
 }
 
+ImpostorMethod::Start ImpostorMethod::startOf(const scene::Scene& scene,
+                                              const RunSettings& settings) const {
+  const frame::Geometry geometry = frame::makeGeometry(
+      scene, scene::poseAt(scene, settings.path ? settings.path->frame(1).timeSeconds : 0.0));
+  const std::vector<bool> reflects = findReflectors(scene, settings.reflectors).reflects();
+  Start start;
+  start.choice = choose(options_, kind_, scene, geometry, shapesOf(geometry), reflects,
+                        findReflectors(scene).reflects());
+  start.unfit = unfitReflectors(options_, scene, geometry, start.choice, reflects);
+  return start;
+}
+
 MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& settings) const {
   checkNames(options_.objects, scene);
   MethodPlan plan;
@@ -101,10 +128,8 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   const Reflectors reflectors = findReflectors(scene, settings.reflectors);
   if (!reflectors.any()) return plan;
   const bool again = scene.animated();
-  const frame::Geometry geometry = frame::makeGeometry(
-      scene, scene::poseAt(scene, settings.path ? settings.path->frame(1).timeSeconds : 0.0));
-  const Choice choice = choose(options_, kind_, scene, geometry, shapesOf(geometry),
-                               reflectors.reflects(), findReflectors(scene).reflects());
+  const auto [choice, unfit] = startOf(scene, settings);
+  const std::string unfitNames = listed(unfit, scene);
   const bool inMemory = options_.intersectOn != Unit::Device && reflectors.mirrors();
   Cost all;
   for (const Cost& cost :
@@ -128,11 +153,13 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
       tests = std::max(tests, mapsOf(choice.listOf[o], choice.impostors));
   if (inMemory) most.texels += ofMirrors(tests * samples, samples);
   // Later poses may need more
-  plan.trace = options_.fallback == Fallback::Traced &&
-               (again || reflectors.glossy || !most.within(mostOf(settings, true, 0)));
+  plan.trace =
+      options_.fallback == Fallback::Traced && (again || reflectors.glossy || !unfitNames.empty() ||
+                                                !most.within(mostOf(settings, true, 0)));
   plan.items = {
       {again ? "pass" : "precomputation", "cube_map",
        again ? "drawn again in frames in which something moved" : "drawn once: nothing moves"},
+      {"precomputation", "choose", "which reflectors reflect much of themselves"},
       {"pass", "impostors",
        "those of reflectors in view, drawn when first needed and when changed"},
       {"pass", "intersect", std::to_string(reflectors.count()) + " reflective objects"},
@@ -146,7 +173,7 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
     plan.items.insert(
         plan.items.end(),
         {{"pass", "choose", "in frames whose images exceed memory_mib, or cost more than tracing"},
-         {"pass", "trace", "reflectors that get no images in such frames"},
+         {"pass", "trace", "reflectors that get no images in such frames" + unfitNames},
          {"pass", "resolve", "their rays are generated; hits are shaded"},
          {"resource", "samples", "of such frames, read back", 24 * samples}});
   }
@@ -179,6 +206,11 @@ std::vector<int> ImpostorMethod::neededOf(std::span<const int> reflectors) const
 void ImpostorMethod::share(const FrameInput& input, Services& services) {
   visible_ = visibleReflectors(input, services);
   traced_.assign(reflects_.size(), false);
+  inView_ = visible_;
+  if (options_.fallback == Fallback::Traced) {
+    std::erase_if(visible_, [&](int r) { return isUnfit(r); });
+    for (const int r : inView_) traced_[static_cast<std::size_t>(r)] = isUnfit(r);
+  }
   shown_ = choice_.listOf;
   needed_ = neededOf(visible_);
   const bool lasts = !services.scene.animated();
@@ -203,7 +235,7 @@ void ImpostorMethod::share(const FrameInput& input, Services& services) {
 
 void ImpostorMethod::shareByDemand(const FrameInput& input, Services& services, bool lasts) {
   std::vector<Demand::Rays> raysOf(reflects_.size(), Demand::Rays::None);
-  for (const int r : visible_) {
+  for (const int r : inView_) {
     const auto o = static_cast<std::size_t>(r);
     // Rays that are reflected again may meet anything of a list
     raysOf[o] = !isGlossy(r) && options_.bounces < 2 ? Demand::Rays::Mirrored : Demand::Rays::Any;
@@ -220,8 +252,13 @@ void ImpostorMethod::shareByDemand(const FrameInput& input, Services& services, 
   std::uint64_t rays = 0;
   services.timer.measure("choose", [&] {
     const Demand demand(copy_, input.frame.camera, raysOf, choice_.listOf, reaches);
-    for (const int r : visible_) {
+    for (const int r : inView_) {
       const std::uint64_t samples = demand.samplesOf(r);
+      if (isUnfit(r)) {
+        traced_[static_cast<std::size_t>(r)] = samples > 0;
+        rays += samples * (isGlossy(r) ? shared::kLobeRays : 1);
+        continue;
+      }
       shown_[static_cast<std::size_t>(r)] = demand.listOf(r);
       if (samples == 0) continue;
       const bool glossy = isGlossy(r);
@@ -256,8 +293,7 @@ void ImpostorMethod::traceOthers(const FrameInput& input, Services& services, Fr
   const auto counts =
       traceSamples({*services.trace, tracing_, own, settings_.masks, raster::kMaskRetraced},
                    input.frame.camera, services, bands_);
-  output.counters["traced_samples"] = static_cast<std::uint64_t>(std::ranges::count_if(
-      copy_.object, [&](std::uint32_t id) { return id > 0 && traced_[id - 1]; }));
+  output.counters["traced_samples"] = counts.samples;
   output.counters["below_horizon"] += counts.belowHorizon;
 }
 
