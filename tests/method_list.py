@@ -12,8 +12,9 @@ class Methods:
         # An alias is a method with a setting of its own
         self.entries = [{**m, "name": name} for m in listed["methods"] for name in [m["name"], *m["aliases"]]]
         self.names = [m["name"] for m in self.entries]
-        # Those of the program itself, which stand first, say all; those of methods stand with them
-        self.common = [c for c in listed["counters"] if "must_be_zero" in c]
+        # The list has all counters; those of the program itself are no method's
+        own = {c["name"] for m in self.entries for c in m["counters"]}
+        self.common = [c for c in listed["counters"] if c["name"] not in own]
 
     def configured(self, refracting=False):
         """For "methods" of a run config: every method with the options for small frames."""
