@@ -38,7 +38,7 @@ const config::OptionTable<Options>& optionTable() {
                 "reflection is found) lies between two surfaces. trace: it is traced; nearest: it "
                 "takes the nearer surface (edges are off by up to half a sample); rims: it is "
                 "traced, as are samples at reflectors' silhouettes")
-              .trade("trace,nearest,rims"),
+              .trade("rims,trace,nearest"),
           field(&Options::magnification, "magnification", config::atLeast(1.0),
                 "largest number of samples that a sample of the key frame may cover"),
           field(&Options::rays, "rays", config::range(1, 64),

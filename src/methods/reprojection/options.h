@@ -34,7 +34,7 @@ struct Options {
   int keyframeEvery = 0;            ///< 0: chosen by content only
   int restartEvery = 64;            ///< not from the paper
   float epsilon = 0.05f;            ///< relative difference of path lengths (not from the paper)
-  Edges edges = Edges::Trace;
+  Edges edges = Edges::Rims;  ///< not from the paper
   float magnification = 16.0f;  ///< [Xie2017] Sec. 4.1
   float fidelity = 0.25f;       ///< samples of the key frame (not from the paper)
   bool refine = true;

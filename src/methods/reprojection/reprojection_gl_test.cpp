@@ -199,7 +199,9 @@ TEST(Reprojection, MarksWhatItFindsAsTracedDoes) {
   const auto from = [](float x) {
     return scene::lookAt({x, 0.0f, 4.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, 0.7f);
   };
-  test::GlMethod method(stage, reprojectionEntry(), R"({"keyframe_threshold": 1})");
+  // Rays below the horizon lie at the rim.
+  test::GlMethod method(stage, reprojectionEntry(),
+                        R"({"keyframe_threshold": 1, "edges": "trace"})");
   test::GlMethod traced(stage, reprojectionEntry(), R"({"keyframe_every": 1})");
   for (const float x : {0.0f, 0.0f, 0.004f}) {
     const std::uint64_t retraced = method.render(from(x)).counters.at("retraced");
