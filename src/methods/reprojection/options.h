@@ -34,9 +34,9 @@ struct Options {
   int keyframeEvery = 0;            ///< 0: chosen by content only
   int restartEvery = 64;            ///< not from the paper
   float epsilon = 0.05f;            ///< relative difference of path lengths (not from the paper)
-  Edges edges = Edges::Rims;  ///< not from the paper
-  float magnification = 16.0f;  ///< [Xie2017] Sec. 4.1
-  float fidelity = 0.25f;       ///< samples of the key frame (not from the paper)
+  Edges edges = Edges::Rims;        ///< not from the paper
+  float magnification = 16.0f;      ///< [Xie2017] Sec. 4.1
+  float fidelity = 0.25f;           ///< samples of the key frame (not from the paper)
   bool refine = true;
   int border = 0;  ///< the paper's future work
   int rays = 8;
