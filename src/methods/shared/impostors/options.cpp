@@ -9,8 +9,17 @@ namespace {
 
 using config::field, config::range, config::atLeast;
 
+/// `byDefault`: measured in docs/papers/impostors.md.
+config::Option<Options> mostObjects(int byDefault) {
+  config::Option<Options> option =
+      field(&Options::most, "most", range(1, 4096),
+            "largest number of impostors; other objects stay in the environment map");
+  option.description.defaultText = std::to_string(byDefault);
+  return option;
+}
+
 /// What both methods have.
-std::vector<config::Option<Options>> common() {
+std::vector<config::Option<Options>> common(int most) {
   return {
       field(&Options::objects, "objects",
             "names of the objects that get impostors; \"auto\": chosen by `least` and `most`"),
@@ -18,8 +27,7 @@ std::vector<config::Option<Options>> common() {
             "with `objects` auto: objects get impostors if the environment map alone would show "
             "them with at least this error: the object's solid angle from a reflector (sr) "
             "times the angle by which the map's look-up misses the object (rad)"),
-      field(&Options::most, "most", range(1, 4096),
-            "largest number of impostors; other objects stay in the environment map"),
+      mostObjects(most),
       field(&Options::textureSize, "texture_size", range(1, 4096),
             "texels along the edge of an impostor's image")
           .trade("128,256,512"),
@@ -58,13 +66,13 @@ std::vector<config::Option<Options>> common() {
 
 const config::OptionTable<Options>& billboardOptions() {
   static const config::OptionTable<Options> table("billboards", "Options of the method billboards.",
-                                                  common());
+                                                  common(64));
   return table;
 }
 
 const config::OptionTable<Options>& depthOptions() {
   static const config::OptionTable<Options> table = [] {
-    std::vector<config::Option<Options>> options = common();
+    std::vector<config::Option<Options>> options = common(256);
     options.push_back(field(&Options::intersection, "intersection", kIntersections,
                             "how rays are intersected with depth maps. srdm: along the simplified "
                             "row (see `domains`) that is nearest to the ray's projection; "

@@ -75,6 +75,8 @@ std::vector<Unfit> unfitReflectors(const Options& options, const scene::Scene& s
                                    const frame::Geometry& geometry, const Choice& choice,
                                    const std::vector<bool>& reflects) {
   std::vector<Unfit> unfit(reflects.size(), Unfit::No);
+  // Tracing took 18 times as long as images there (user_formula)
+  if (!geometry.surfaces.empty()) return unfit;
   parallelFor(reflects.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t o = begin; o < end; ++o) {
       if (!reflects[o]) continue;

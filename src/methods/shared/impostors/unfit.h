@@ -17,7 +17,8 @@ enum class Unfit : std::uint8_t { No, Itself, Near };
 /// afar, in all directions, to points all over its surface. 0 for a convex object.
 float selfReflection(const scene::Scene& scene, const frame::Geometry& geometry, int object);
 
-/// By object. `choice`: in the pose of `geometry`; `reflects`: see choose().
+/// By object; none in scenes with implicit surfaces, whose rays take long. `choice`: in the pose of
+/// `geometry`; `reflects`: see choose().
 std::vector<Unfit> unfitReflectors(const Options& options, const scene::Scene& scene,
                                    const frame::Geometry& geometry, const Choice& choice,
                                    const std::vector<bool>& reflects);

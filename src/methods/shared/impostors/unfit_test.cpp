@@ -57,6 +57,12 @@ TEST(Unfit, AWedgeReflectsItselfByTheFormFactorOfItsMirrors) {
   }
 }
 
+TEST(Unfit, NoReflectorBesideImplicitSurfacesIsUnfit) {
+  Mirror narrow(wedge(radians(90.0f)));
+  narrow.moment->geometry.surfaces.resize(1);
+  EXPECT_EQ(narrow.unfit({}, 9.0f), Unfit::No);
+}
+
 TEST(Unfit, ConvexObjectsReflectNothingOfThemselves) {
   EXPECT_EQ(Mirror(scene::makeSphere(0.3f, 64, 32, scene::UvMode::Unit)).share(), 0.0f);
   EXPECT_EQ(Mirror(scene::makeBox({.size = Vec3(0.2f)}, scene::UvMode::Unit)).share(), 0.0f);
