@@ -13,7 +13,8 @@ constexpr int kSpreadRounds = 2;
 
 }  // namespace
 
-void Refinement::lookUp(std::size_t first, std::span<const Edge> edges) {
+void Refinement::lookUp(std::size_t first, std::span<const Edge> edges,
+                        std::span<const Look> looks) {
   std::mutex mutex;
   parallelFor(table_.places.size() - first, 64, [&](std::size_t begin, std::size_t end) {
     TriangleCounts own;
@@ -28,7 +29,7 @@ void Refinement::lookUp(std::size_t first, std::span<const Edge> edges) {
         place.reflections.count = 0;
         place.straight.reset();
       }
-      const bool blind = !edges.empty() && isBlind(edges[i]);
+      const bool blind = !edges.empty() && looks[i] == Look::Blind;
       if (blind)
         place.reflections =
             reflector_.reflectionsOf(place.position, own_, cursor, own.paths, &traced);

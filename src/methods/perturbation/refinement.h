@@ -33,7 +33,7 @@ class Refinement {
         counts_(counts) {}
 
   /// Finds the reflections of the mesh's positions.
-  void lookUpMesh() { lookUp(0, {}); }
+  void lookUpMesh() { lookUp(0, {}, {}); }
   /// Sets hasBlind_: whether any edge of the object may hide reflections that its ends do not have.
   void findBlindEdges(const Box3& bounds, const std::vector<Edge>& edges);
   /// Maximum number of successive splits; 0 without a bound on the error. Also 0 for order nearest:
@@ -59,15 +59,16 @@ class Refinement {
   static constexpr std::uint8_t kSecondLacks = 2;  ///< end b lacks a reflection that a has
   static constexpr std::uint8_t kInOrder = 4;      ///< inOrder()
   /// Whether the middle of an edge must be examined, or whether the edge must be split anyway.
-  enum class Look { No, Middle, Halve };
+  /// Blind: it must be split, and its middle may have reflections that its ends do not have.
+  enum class Look : std::uint8_t { No, Middle, Halve, Blind };
   /// What ends on the edge from `a` to `b` within the frame: nothing, reflections that graze the
   /// reflector, or others (at the silhouette of a concave reflector).
   enum class Ends { None, Grazing, Steep };
 
   // Reflections of positions: look_up.cpp
   /// Finds the reflections of the positions from `first` on; position first + i is the middle of
-  /// `edges[i]`.
-  void lookUp(std::size_t first, std::span<const Edge> edges);
+  /// `edges[i]`, which is split as looks[i] says.
+  void lookUp(std::size_t first, std::span<const Edge> edges, std::span<const Look> looks);
   /// The reflections of `a` without a close counterpart in `b`.
   Reflections unmatched(const Reflections& a, const Reflections& b) const;
   /// Whether the images of an edge's two ends, with one reflection each, are so far apart that they
@@ -81,6 +82,10 @@ class Refinement {
   std::vector<std::uint8_t> spread(const std::vector<Edge>& edges);
   /// Whether there may be reflections between the ends of an edge that neither of them has.
   bool isBlind(const Edge& edge) const;
+  /// Edges shorter than this, as seen from the reflector, are not split, pixels.
+  float shortest() const;
+  /// Whether an image of an edge, within the frame, is longer than this many pixels.
+  bool isLonger(const Edge& edge, float pixels) const;
 
   // The choice of edges to split: refinement.cpp
   /// The pixel at which a position appears without the last reflector, if known. Earlier reflectors
@@ -88,6 +93,10 @@ class Refinement {
   std::optional<Vec2> straightOf(const VertexPlace& place) const;
   Ends endsOn(const VertexPlace& a, const VertexPlace& b) const;
   Look lookAt(const Edge& edge, bool ordered) const;
+  /// Whether an image ends on an edge where a straight line may miss the end between two edges.
+  bool endsInCurve(const Edge& edge) const;
+  /// Sets the looks of long edges in triangles in which an image ends to Blind.
+  void lookBesideEnds(const Round& round, std::vector<Look>& looks) const;
   /// lookAt() for an edge whose ends have different numbers of reflections.
   Look lookAtEnd(const VertexPlace& a, const VertexPlace& b) const;
   /// Whether an edge's virtual image, from reflection `i` of its first end to `j` of the other, is
