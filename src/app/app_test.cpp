@@ -479,6 +479,10 @@ TEST_F(App, OptionsOfAMethodThatOnlyTheCommandLineNames) {
 
 TEST_F(App, EnvironmentsThatAreNoFilesAreNamed) {
   EXPECT_THAT(run("plan run.json --environment /tmp").err, HasSubstr("/tmp is a folder; an "));
+  std::ofstream(folder / "square.hdr") << "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n"
+                                       << std::string(16, '\x80');
+  EXPECT_THAT(run("plan run.json --environment square.hdr").err,
+              HasSubstr("is 2 x 2 pixels; a latitude-longitude map is twice as wide"));
   EXPECT_THAT(run("info /tmp").err, HasSubstr("/tmp: is a folder; give a file"));
   EXPECT_THAT(run("plan run.json --wait nan").err, HasSubstr("--wait"));
   EXPECT_THAT(run("plan run.json --environment /dev/null").err,

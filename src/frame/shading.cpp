@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/lanes.h"
+#include "core/log.h"
 #include "core/random.h"
 #include "core/sampling.h"
 #include "core/srgb.h"
@@ -167,6 +168,10 @@ EnvironmentLight::EnvironmentLight(const scene::Environment& environment)
     }
     width_ = image.width;
     height_ = image.height;
+    if (width_ != 2 * height_)
+      log::warning(environment.file.string() + ": is " + std::to_string(width_) + " x " +
+                   std::to_string(height_) +
+                   " pixels; a latitude-longitude map is twice as wide as high. Is it one?");
     pixels_.resize(image.pixelCount());
     for (int y = 0; y < height_; ++y) {
       for (int x = 0; x < width_; ++x) {
