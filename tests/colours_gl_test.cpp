@@ -8,6 +8,7 @@
 #include <functional>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "frame/test_scenes.h"
 #include "methods/testing/gl_harness.h"
@@ -45,10 +46,10 @@ Vec3 linearOf(const glm::u8vec4& texel) {
 }
 
 /// glTF's material: what a reader of the specification expects in surroundings of radiance 1.
-Vec3 inFurnace(const Vec3& albedo, float metallic) {
+Vec3 inFurnace(const Vec3& albedo, float metallic, bool gltf = false) {
   const float s = metallic + (1.0f - metallic) * 0.04f;
-  // Below the threshold surfaces are diffuse
-  if (s < 0.05f) return albedo;
+  // Below the threshold Phong lobes are left out
+  if (s < 0.05f && !gltf) return albedo;
   return (1.0f - s) * albedo + glm::mix(Vec3(0.04f), albedo, metallic);
 }
 
@@ -193,11 +194,83 @@ TEST(Colours, DielectricTexelsOfAMixedMaterialAreNotTinted) {
   std::vector<glm::u8vec4> texels;
   for (const std::uint8_t b : metallic) texels.emplace_back(0, 0, b, 255);
   scene.materials[0].metallicRoughnessTexture.texture = addTexture(scene, 2, texels);
-  scene::finishScene(scene);
-  expectOnPlane(scene, 2, kTolerance, [&](const Vec2& place) {
-    const auto i = static_cast<std::size_t>(&paintAt(place) - kPaints.data());
-    return inFurnace(linearOf(kPaints[i]), static_cast<float>(metallic[i]) / 255.0f);
+  for (const bool gltf : {false, true}) {
+    scene.materials[0].lobe = gltf ? scene::LobeModel::Ggx : scene::LobeModel::Phong;
+    scene::finishScene(scene);
+    expectOnPlane(scene, 2, kTolerance, [&](const Vec2& place) {
+      const auto i = static_cast<std::size_t>(&paintAt(place) - kPaints.data());
+      return inFurnace(linearOf(kPaints[i]), static_cast<float>(metallic[i]) / 255.0f, gltf);
+    });
+  }
+}
+
+/// A plane of glTF's dielectric with an ior of 1.5.
+scene::Scene dielectricPlane(const Vec3& albedo, float roughness) {
+  scene::Material m;
+  m.baseColor = albedo;
+  m.roughnessFactor = roughness;
+  m.lobe = scene::LobeModel::Ggx;
+  SceneBuilder builder = furnacePlane(m, scene::makePlane({4.0f, 4.0f}, {1, 1}, {}));
+  scene::letDielectricsReflect(builder.scene());
+  scene::finishScene(builder.scene());
+  return builder.scene();
+}
+
+/// A pixel of that plane.
+struct SideView {
+  double cosine;  ///< of the view to the plane's normal
+  float radiance;
+};
+
+/// That plane from the side, by every method.
+void fromTheSide(const scene::Scene& scene,
+                 const std::function<void(const std::vector<SideView>&)>& check) {
+  const scene::Camera camera =
+      scene::lookAt({2.0f, 0.0f, 0.9f}, {0.3f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, 1.5f);
+  const Mat3 rayFromPixel = scene::rayFromPixel(camera, kSize, kSize);
+  byEveryMethod(scene, camera, 1, [&](const methods::MethodEntry&, const Frame& frame) {
+    std::vector<SideView> seen;
+    for (int y = 0; y < kSize; ++y)
+      for (int x = 0; x < kSize; ++x) {
+        if (frame.pixels[4 * static_cast<std::size_t>(y * kSize + x) + 3] < 1.0f) continue;
+        const Vec3 ray = rayFromPixel * Vec3(Vec2(x, y) + 0.5f, 1.0f);
+        seen.push_back({-glm::normalize(ray).z, frame.at(x, y).x});
+      }
+    EXPECT_GT(seen.size(), 1000u);
+    check(seen);
   });
+}
+
+TEST(Colours, PolishedDielectricReflectsByFresnelsEquations) {
+  fromTheSide(dielectricPlane(Vec3(0.0f), 0.0f), [](const std::vector<SideView>& seen) {
+    double offSchlick = 0.0;
+    double offFresnel = 0.0;
+    for (const auto& [cosine, radiance] : seen) {
+      const double schlick = 0.04 + 0.96 * std::pow(1.0 - cosine, 5.0);
+      offSchlick = std::max(offSchlick, std::abs(radiance - schlick));
+      const double inside = std::sqrt(1.0 - (1.0 - cosine * cosine) / (1.5 * 1.5));
+      const double s = (cosine - 1.5 * inside) / (cosine + 1.5 * inside);
+      const double p = (1.5 * cosine - inside) / (1.5 * cosine + inside);
+      offFresnel = std::max(offFresnel, std::abs(radiance - 0.5 * (s * s + p * p)));
+    }
+    EXPECT_LT(offSchlick, 1e-3);
+    EXPECT_LT(offFresnel, 0.026);  // the error of Schlick's formula, without polarization
+    EXPECT_LT(std::ranges::min(seen, {}, &SideView::cosine).cosine, 0.3);
+    EXPECT_GT(std::ranges::max(seen, {}, &SideView::cosine).cosine, 0.85);
+  });
+}
+
+TEST(Colours, DielectricsGainNoLight) {
+  for (const float roughness : {0.0f, 0.2f, 0.35f, 1.0f}) {
+    SCOPED_TRACE(roughness);
+    fromTheSide(dielectricPlane(Vec3(1.0f), roughness), [&](const std::vector<SideView>& seen) {
+      EXPECT_LE(std::ranges::max(seen, {}, &SideView::radiance).radiance, 1.0f + 1e-3f);
+      double sum = 0.0;
+      for (const SideView& pixel : seen) sum += pixel.radiance;
+      // A white one loses what scatters twice between the bumps of its surface
+      EXPECT_GE(sum / static_cast<double>(seen.size()), roughness > 0.35f ? 0.9 : 0.99);
+    });
+  }
 }
 
 TEST(Colours, VertexColoursTintMetals) {

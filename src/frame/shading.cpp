@@ -462,7 +462,8 @@ void setReflection(const scene::Material& material, const Vec4& texel, const Vec
     roughness = material.roughnessFactor * texel.g;
     metallic *= texel.b;
     const float s = scene::specularLevel(metallic, material.dielectricF0);
-    point.specularLevel = s < scene::kReflectiveThreshold ? 0.0f : s;
+    const bool phong = material.lobe == scene::LobeModel::Phong;
+    point.specularLevel = phong && s < scene::kReflectiveThreshold ? 0.0f : s;
   }
   point.lobe = scene::Lobe::of(material.lobe, roughness);
   point.tint = reflectionTint(material, metallic, albedo);

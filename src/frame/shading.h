@@ -26,8 +26,8 @@
 //         only that one): interpolated and mapped normals can mirror rays into the surface.
 //   albedo = baseColor * texel * vertex colour; unlit: L = albedo.
 //   s, g: the material's; with a metallic-roughness texture g = roughnessFactor * texel.g (the
-//         roughness of the lobe Material::lobe, Phong or GGX) and
-//         s = specularLevel(metallicFactor * texel.b, dielectricF0), 0 below kReflectiveThreshold.
+//         roughness of the lobe Material::lobe) and s = specularLevel(metallicFactor * texel.b,
+//         dielectricF0). Of a Phong lobe s is 0 below kReflectiveThreshold.
 //   Tint: the reflection adds s * tint * radiance; tint = reflectionTint + albedoTint * albedo.
 //         With a metallic-roughness texture and albedoTint > 0, scene::tintShares() of the texel
 //         gives the tint: s * tint is glTF's F0, mix(dielectricF0, albedo, metallic).

@@ -335,6 +335,8 @@ TEST(Raster, ClassesAndReflectanceOfTexels) {
   m.metallicRoughnessTexture.texture = texture;
   m.metallicFactor = 0.5f;
   m.roughnessFactor = 0.5f;
+  m.specularLevel = 0.52f;
+  m.roughness = 0.1f;
   builder.add(plane(0.9f), textured, translation({2.0f, 0.0f, 0.0f}) * upright);
   Uploaded stage(builder.scene());
   const Shot shot(stage, front(6.5f));

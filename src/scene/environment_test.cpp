@@ -73,5 +73,21 @@ TEST_F(Gltf, FilesWithoutALightGetTheDefaultSky) {
   EXPECT_EQ(lit.environment.color, Vec3(0.0f));
 }
 
+TEST_F(Gltf, DielectricsReflectInAFileOnItsOwn) {
+  materialOf(R"({"pbrMetallicRoughness":{"metallicFactor":0,"roughnessFactor":0.3}})");
+  const Scene scene = loadScene(w.gltf(folder));
+  EXPECT_EQ(scene.reflectorCount(), 1);
+  EXPECT_FLOAT_EQ(scene.materials[0].specularLevel, 0.04f);
+  EXPECT_FLOAT_EQ(scene.materials[0].roughness, 0.3f);
+  // As an asset of a description they are diffuse, unless it lets them reflect
+  const auto described = [&](const char* more) {
+    const std::string text = R"({"objects": [{"asset": "test.gltf"}])" + std::string(more) + "}";
+    return loadScene(folder.write("scene.json", text)).reflectorCount();
+  };
+  EXPECT_EQ(described(""), 0);
+  EXPECT_EQ(described(R"(, "dielectrics": "off")"), 0);
+  EXPECT_EQ(described(R"(, "dielectrics": "on")"), 1);
+}
+
 }  // namespace
 }  // namespace catoptric::scene

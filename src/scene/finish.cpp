@@ -57,9 +57,20 @@ void finishTint(Material& m, bool vertexColours) {
   m.albedoTint = 0.0f;
 }
 
-/// s and g by scene/reflectance.h, unless a loader has set them already. With a texture the
-/// largest s and g of any texel stand for the material: an object whose texture makes any part
-/// reflect is a reflector.
+/// s and g by scene/reflectance.h. With a texture the largest s and g of any texel stand for the
+/// material: an object whose texture makes any part reflect is a reflector.
+void setLargestReflection(const Scene& scene, Material& m) {
+  float metallic = m.metallicFactor;
+  m.roughness = m.roughnessFactor;
+  if (m.metallicRoughnessTexture.used()) {
+    const Texture& texture = scene.textures[index(m.metallicRoughnessTexture.texture)];
+    metallic *= largestTexel(texture, 2);
+    m.roughness *= largestTexel(texture, 1);
+  }
+  m.specularLevel = specularLevel(metallic, m.dielectricF0);
+}
+
+/// Sets s and g, unless a loader has set them already.
 void finishMaterial(const Scene& scene, Material& m) {
   if (m.unlit) {
     m.specularLevel = 0.0f;
@@ -67,22 +78,14 @@ void finishMaterial(const Scene& scene, Material& m) {
     return;
   }
   if (m.specularLevel <= 0.0f) {
-    float metallic = m.metallicFactor;
-    float roughness = m.roughnessFactor;
-    if (m.metallicRoughnessTexture.used()) {
-      const Texture& texture = scene.textures[index(m.metallicRoughnessTexture.texture)];
-      metallic *= largestTexel(texture, 2);
-      roughness *= largestTexel(texture, 1);
+    setLargestReflection(scene, m);
+    if (m.specularLevel < kReflectiveThreshold) {
+      m.specularLevel = 0.0f;
+      m.roughness = 0.0f;
     }
-    m.specularLevel = specularLevel(metallic, m.dielectricF0);
-    m.roughness = roughness;
   }
   m.specularLevel = std::min(m.specularLevel, 1.0f);
   m.roughness = std::clamp(m.roughness, 0.0f, 1.0f);
-  if (m.specularLevel < kReflectiveThreshold) {
-    m.specularLevel = 0.0f;
-    m.roughness = 0.0f;
-  }
 }
 
 /// All vertices in one plane, with its normal, for good.
@@ -277,6 +280,13 @@ void setReflectance(Material& material, float s, float g) {
   material.specularLevel = 0.0f;
   material.roughness = 0.0f;
   material.lobe = LobeModel::Phong;
+}
+
+void letDielectricsReflect(Scene& scene) {
+  for (Material& m : scene.materials) {
+    const bool gltf = m.lobe == LobeModel::Ggx && !m.unlit && m.refraction == 0.0f;
+    if (gltf && m.specularLevel <= 0.0f) setLargestReflection(scene, m);
+  }
 }
 
 void finishScene(Scene& scene) {

@@ -10,6 +10,11 @@ namespace catoptric::scene {
 /// do not. A second call changes nothing.
 void finishScene(Scene& scene);
 
+/// Lets all materials with a GGX lobe reflect, as glTF means them; before finishScene(). Without
+/// this call those whose s is below kReflectiveThreshold are diffuse, as the dielectrics of the
+/// papers' rooms.
+void letDielectricsReflect(Scene& scene);
+
 /// Throws SceneError if a finished scene has too many lights, or if an object, light or node lies
 /// farther out than kMaxCoordinate, at rest or at a key of its animation.
 void checkScene(const Scene& scene);

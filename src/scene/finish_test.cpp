@@ -244,6 +244,32 @@ TEST(Finish, TexturesDecideWhatReflects) {
   EXPECT_NEAR(scene.materials[0].roughness, 0.4f, 1e-6f);
 }
 
+TEST(Finish, DielectricsReflectWhereTheyAreLet) {
+  const auto reflects = [](const Material& material, bool dielectrics) {
+    Scene scene = sceneOf(square(), material);
+    if (dielectrics) letDielectricsReflect(scene);
+    finishScene(scene);
+    const std::uint64_t fingerprint = scene.fingerprint;
+    finishScene(scene);
+    EXPECT_EQ(scene.fingerprint, fingerprint);
+    EXPECT_EQ(scene.objects[0].reflector, scene.materials[0].specularLevel > 0.0f ? 1 : 0);
+    return scene.materials[0].specularLevel;
+  };
+  Material plastic;
+  plastic.lobe = LobeModel::Ggx;
+  EXPECT_EQ(reflects(plastic, false), 0.0f);
+  EXPECT_FLOAT_EQ(reflects(plastic, true), 0.04f);
+  Material paper = plastic;
+  paper.lobe = LobeModel::Phong;  // of a description's material without glTF's terms
+  EXPECT_EQ(reflects(paper, true), 0.0f);
+  Material air = plastic;
+  air.dielectricF0 = 0.0f;
+  EXPECT_EQ(reflects(air, true), 0.0f);
+  Material unlit = plastic;
+  unlit.unlit = true;
+  EXPECT_EQ(reflects(unlit, true), 0.0f);
+}
+
 TEST(Finish, SetReflectanceIsExactAndTwiceIsOnce) {
   for (const float s : {0.05f, 0.0625f, 0.3f, 0.7f, 1.0f}) {
     Material material;

@@ -37,6 +37,7 @@ Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits,
   if (extension == ".gltf" || extension == ".glb") {
     scene = loadGltf(file, limits);
     scene.highlights = true;
+    letDielectricsReflect(scene);
     if (scene.lights.empty()) scene.environment = defaultEnvironment();
   } else if (extension == ".json") {
     scene = loadDescription(file, limits);

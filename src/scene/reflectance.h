@@ -7,8 +7,8 @@
 
 namespace catoptric::scene {
 
-/// Surfaces with a smaller s count as diffuse (s = 0). glTF's default dielectric reflects 4 %,
-/// which would turn every plastic chair into a reflector. Our choice.
+/// Surfaces with a smaller s count as diffuse (s = 0), except after letDielectricsReflect(): glTF's
+/// default dielectric reflects 4 %, which turns every plastic chair into a reflector. Our choice.
 inline constexpr float kReflectiveThreshold = 0.05f;
 
 /// At or below this g a surface with a Phong lobe counts as a mirror: one ray, no lobe. n(0.05) =

@@ -70,7 +70,10 @@ int reach(const scene::Scene& scene, bool fresnel) {
   float most = fresnel ? 1.0f : 0.0f;
   for (const scene::Object& object : scene.objects) {
     const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
-    most = std::max(most, material.refraction > 0.0f ? 1.0f : material.specularLevel);
+    // By Schlick's term a GGX surface reflects everything at its rim
+    const bool all = material.refraction > 0.0f ||
+                     (object.reflector != 0 && material.lobe == scene::LobeModel::Ggx);
+    most = std::max(most, all ? 1.0f : material.specularLevel);
   }
   int bounces = 1;
   for (float share = most; share >= kLeastShare && bounces < kMostBounces; share *= most) ++bounces;

@@ -113,20 +113,6 @@ float largestRoughness(const scene::Scene& scene, const scene::Material& materia
   return material.roughnessFactor * static_cast<float>(largest) / 255.0f;
 }
 
-/// Largest s that the material can show.
-float largestSpecularLevel(const scene::Scene& scene, const scene::Material& material) {
-  if (!material.metallicRoughnessTexture.used()) return material.specularLevel;
-  const scene::Texture& texture = scene.textures[material.metallicRoughnessTexture.texture];
-  std::uint8_t largest = texture.levels.empty() ? 255 : 0;
-  if (!texture.levels.empty()) {
-    const std::vector<std::uint8_t>& rgba = texture.levels[0].rgba;
-    for (std::size_t i = 2; i < rgba.size(); i += 4) largest = std::max(largest, rgba[i]);
-  }
-  const float s = scene::specularLevel(
-      material.metallicFactor * static_cast<float>(largest) / 255.0f, material.dielectricF0);
-  return s < scene::kReflectiveThreshold ? 0.0f : s;
-}
-
 }  // namespace
 
 std::uint32_t materialFeatures(const scene::Material& material) {
@@ -217,7 +203,7 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
 }
 
 SampleClass materialClass(const scene::Scene& scene, const scene::Material& material) {
-  if (!(largestSpecularLevel(scene, material) > 0.0f)) return SampleClass::Diffuse;
+  if (!(material.specularLevel > 0.0f)) return SampleClass::Diffuse;
   return scene::Lobe::of(material.lobe, largestRoughness(scene, material)).mirror()
              ? SampleClass::CurvedMirror
              : SampleClass::Glossy;

@@ -91,10 +91,10 @@ vec3 lightIrradiance(vec3 x, vec3 n) {
 #endif
 }
 
-// s of a metallic-roughness texel.
-float specularLevel(float metallic, float dielectricF0) {
+// s of a metallic-roughness texel. lobe: of roughness 0 (lobe.glsl).
+float specularLevel(float metallic, float dielectricF0, float lobe) {
   float s = metallic + (1.0 - metallic) * dielectricF0;
-  return s < kReflectiveThreshold ? 0.0 : s;
+  return lobe < 2.0 && s < kReflectiveThreshold ? 0.0 : s;
 }
 
 // Mip level of a texture whose texels are seen `texels` = sqrt(texels2) to a cone's width.

@@ -155,7 +155,8 @@ vec3 specularAndGloss(float footprint2) {
   vec2 texel = textureLod(specularTexture, slotUv(material.specularSlot, UV_OF(SPECULAR_UV)),
                           slotLevel(material.specularSlot, footprint2)).bg;
   float metallic = material.specular.z * texel.x;
-  return vec3(specularLevel(metallic, material.more.x), material.specular.w * texel.y + material.more.z, metallic);
+  return vec3(specularLevel(metallic, material.more.x, material.more.z),
+              material.specular.w * texel.y + material.more.z, metallic);
 #else
   return material.specular.xyz + vec3(0.0, material.more.z, 0.0);
 #endif

@@ -407,6 +407,7 @@ std::vector<std::string> reflectionNotes(const Plan& plan, const scene::Scene& s
                                          const methods::RunSettings& image) {
   std::vector<std::string> notes;
   std::size_t reflectors = 0;
+  std::size_t strong = 0;  // reflect more than dielectrics do
   std::size_t dielectrics = 0;
   bool fresnelMatters = false;
   for (const scene::Object& object : scene.objects) {
@@ -414,6 +415,7 @@ std::vector<std::string> reflectionNotes(const Plan& plan, const scene::Scene& s
     const bool ggx = material.lobe == scene::LobeModel::Ggx;
     if (object.reflector != 0) {
       ++reflectors;
+      strong += material.specularLevel >= scene::kReflectiveThreshold ? 1 : 0;
       fresnelMatters = fresnelMatters || (!ggx && material.specularLevel < 1.0f);
     } else if (ggx && !material.unlit && material.dielectricF0 > 0.0f) {
       ++dielectrics;
@@ -422,8 +424,8 @@ std::vector<std::string> reflectionNotes(const Plan& plan, const scene::Scene& s
   if (dielectrics > 0 && reflectors == 0)
     notes.push_back("nothing reflects: " + count(dielectrics, "object") +
                     fmt::format(" of glTF's dielectrics reflect less than {:g} % at normal "
-                                "incidence, and count as diffuse; a metal, or an ior above 1.58, "
-                                "reflects",
+                                "incidence, and count as diffuse; the scene's \"dielectrics\": "
+                                "\"on\" lets them reflect",
                                 100.0f * scene::kReflectiveThreshold));
   if (image.fresnelSchlick && reflectors > 0 && !fresnelMatters)
     notes.push_back(
@@ -440,7 +442,7 @@ std::vector<std::string> reflectionNotes(const Plan& plan, const scene::Scene& s
     notes.push_back("nothing reflects: no object has a reflectance s of " +
                     fmt::format("{:g}", scene::kReflectiveThreshold) +
                     " or more, so that no pixel depends on the method (" + idle + ")");
-  if (reflectors > 1 && !oneBounce.empty())
+  if (strong > 1 && !oneBounce.empty())
     notes.push_back(
         "a mirror that is seen in a mirror shows its diffuse colour, since bounces is 1 "
         "(" +

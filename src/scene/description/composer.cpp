@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/nearest_file.h"
 #include "core/text.h"
+#include "scene/finish.h"
 
 namespace catoptric::scene {
 namespace {
@@ -57,6 +58,8 @@ Scene Composer::compose() {
   errors.collect([&] { setSurroundings(); });
   errors.throwIfAny();
   materials_->finish();
+  if (config::valueOr(root_, sceneSchema(), "dielectrics").asString() == "on")
+    letDielectricsReflect(scene_);
   checkSize();
   return std::move(scene_);
 }
