@@ -258,6 +258,9 @@ class ReflectorTuning {
     result.text = "The mixture's " + std::string(kMetric) + " is " +
                   report::fixedText(pooled(*mixture), 3) + " on all frames: " + bound_.text +
                   " holds.";
+    if (std::ranges::all_of(*choice, [&](int m) { return m == choice->front(); }))
+      result.text += " It is one method for every reflector: " +
+                     singles_[static_cast<std::size_t>(choice->front())].point.method + ".";
     if (single && singles_[*single].key != mixture->key) {
       const Samples& samples = bench_.measure({singles_[*single], *mixture}, timed_, false);
       const Ratio ratio =
