@@ -74,7 +74,7 @@ CASES = [
                coloured("two", "box", (1, 0.3, 0.5), (0.1, 0.3, 0.7), size=[0.2, 0.5, 0.9], rotate=[0, 30, 0])), 1.5, 0.8,
          traced=0.25),
     case("within_object", "a mirror ball within an open tube",
-         scene(FLOOR, BALL, coloured("tube", "cylinder", (0, 0, 0), radius=0.9, height=0.6, caps=False)), 3, 3, traced=0.2),
+         scene(FLOOR, BALL, coloured("tube", "cylinder", (0, 0, 0), radius=0.9, height=0.6, caps=False)), 3, 0.6, traced=0.2),
     case("touching", "a ball touches a mirror ball",
          scene(FLOOR, BALL, coloured("ball", "sphere", (0.7, 0.5, 0.387), **RED_BALL)), 1, 1, traced=0.25),
     case("intersecting", "a ball is half inside a mirror ball",
@@ -88,7 +88,7 @@ CASES = [
          traced=1),
     case("speck", "a ball of 1 mm beside a mirror ball",
          scene(FLOOR, BALL, coloured("ball", "sphere", (0.6, 0.5, 0.3), radius=0.001, segments=[12, 6])), 1, 1, traced=0.3),
-    # 64 objects get impostors (the option most); the other balls stay in the environment map
+    # 64 objects get billboards, 256 depth maps (the option most); the other balls stay in the environment map
     case("reflectors_500", "500 mirror balls and a box on a floor",
          crowd(500, coloured("box", "box", (0, 0.5, -1.9), size=[2, 1, 0.1])), 15, 15, traced=0.1),
 ]
