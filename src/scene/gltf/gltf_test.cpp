@@ -309,6 +309,43 @@ TEST_F(Gltf, MetallicRoughnessAndExtensionsGiveSAndG) {
   EXPECT_FLOAT_EQ(m.baseAlpha, 0.7f);
 }
 
+TEST_F(Gltf, LayersOfAMaterialBecomeOneLobe) {
+  const auto layered = [&](const std::string& pbr, const std::string& name,
+                           const std::string& values) {
+    return materialOf(R"({"pbrMetallicRoughness":{)" + pbr + R"(},"extensions":{"KHR_materials_)" +
+                      name + "\":{" + values + "}}}");
+  };
+  const std::string paint = R"("metallicFactor":0,"roughnessFactor":0.6)";
+  Material m = layered(paint, "clearcoat", R"("clearcoatFactor":1,"clearcoatRoughnessFactor":0.1)");
+  EXPECT_FLOAT_EQ(m.dielectricF0, 0.04f);
+  EXPECT_FLOAT_EQ(m.roughnessFactor, 0.1f);
+  EXPECT_TRUE(hasNote(load(), "clear coat reflects in place of its base"));
+  m = layered(paint, "clearcoat", R"("clearcoatFactor":0.3)");
+  EXPECT_FLOAT_EQ(m.roughnessFactor, 0.6f);
+  EXPECT_TRUE(hasNote(load(), "clear coat is left out"));
+  m = layered(R"("roughnessFactor":0.4)", "clearcoat", R"("clearcoatFactor":1)");
+  EXPECT_FLOAT_EQ(m.roughness, 0.4f);
+  EXPECT_TRUE(hasNote(load(), "that of the metal"));
+  m = layered(paint, "clearcoat", R"("clearcoatRoughnessFactor":0.1)");  // its factor is 0
+  EXPECT_FLOAT_EQ(m.roughnessFactor, 0.6f);
+
+  m = layered(R"("metallicFactor":0,"baseColorFactor":[0.2,0.9,0.4,1])", "transmission",
+              R"("transmissionFactor":0.75)");
+  EXPECT_EQ(m.refraction, 1.0f);
+  EXPECT_EQ(m.specularLevel, 0.75f);
+  EXPECT_EQ(m.roughness, 0.0f);
+  expectNear(m.reflectionTint, Vec3(0.2f, 0.9f, 0.4f));
+  EXPECT_TRUE(hasNote(load(), "without bending"));
+  m = layered(paint, "transmission", R"("transmissionFactor":0.2)");
+  EXPECT_EQ(m.refraction, 0.0f);
+  EXPECT_TRUE(hasNote(load(), "transmission is left out"));
+
+  // Areas of ellipses: alpha is 0.25 across, 0.25 + 0.75 * 0.64 along
+  m = layered(R"("roughnessFactor":0.5)", "anisotropy", R"("anisotropyStrength":0.8)");
+  EXPECT_NEAR(std::pow(m.roughness, 4.0f), 0.25f * 0.73f, 1e-5f);
+  EXPECT_TRUE(hasNote(load(), "drawn round"));
+}
+
 TEST_F(Gltf, ExtrasSetReflectanceOfMaterialAndNode) {
   Material m = materialOf(
       R"({"pbrMetallicRoughness":{"metallicFactor":0},"extras":{"catoptric":{"s":0.05,"n":1000}}})");

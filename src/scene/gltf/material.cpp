@@ -43,6 +43,9 @@ Wrap wrapOf(int code) {
   }
 }
 
+/// A clear coat or transmission of a smaller share is left out. Ours: what is left shows more.
+constexpr float kLeastShare = 0.5f;
+
 /// uv' = translation * rotation * scale * uv; counter-clockwise seen with v pointing up, as the
 /// extension's example needs it.
 glm::mat3x2 textureTransform(const tinygltf::Value& transform) {
@@ -133,6 +136,73 @@ class MaterialReader {
     return result;
   }
 
+  /// The texture that a member of an extension refers to.
+  TextureSlot slot(const tinygltf::Value& extension, const char* key, const std::string& place) {
+    const tinygltf::Value& info = member(extension, key);
+    const tinygltf::ExtensionMap transform = {
+        {"KHR_texture_transform", member(member(info, "extensions"), "KHR_texture_transform")}};
+    return slot(static_cast<int>(numberOr(info, "index", -1.0)),
+                static_cast<int>(numberOr(info, "texCoord", 0.0)), transform, false,
+                place + "/" + key);
+  }
+
+  void noteIgnored(const tinygltf::Value& extension, std::initializer_list<const char*> keys,
+                   const std::string& place) {
+    for (const char* key : keys) {
+      if (member(extension, key).IsObject()) note(place + ": " + key + " is ignored");
+    }
+  }
+
+  /// A sample has one lobe. A coat's takes the place of a dielectric's own, which is rougher; a
+  /// metal reflects more than its coat.
+  void setClearCoat(const tinygltf::Value& coat, const std::string& place, Material& m) {
+    const auto share = static_cast<float>(numberOr(coat, "clearcoatFactor", 0.0));
+    if (!(share > 0.0f)) return;
+    if (share < kLeastShare || m.metallicFactor > 0.0f) {
+      note(place + ": the clear coat is left out, because a sample has one lobe: that of the " +
+           (m.metallicFactor > 0.0f ? "metal" : "base, which the coat covers by less than half"));
+      return;
+    }
+    m.dielectricF0 = dielectricF0(1.5f, 1.0f);
+    m.roughnessFactor = static_cast<float>(numberOr(coat, "clearcoatRoughnessFactor", 0.0));
+    m.metallicRoughnessTexture = slot(coat, "clearcoatRoughnessTexture", place);
+    note(place +
+         ": the clear coat reflects in place of its base, with a share of 1; the base is "
+         "diffuse");
+    noteIgnored(coat, {"clearcoatTexture", "clearcoatNormalTexture"}, place);
+  }
+
+  /// Light goes straight on through a thin surface, coloured by it.
+  void setTransmission(const tinygltf::Value& transmission, const std::string& place, Material& m) {
+    const auto share = static_cast<float>(numberOr(transmission, "transmissionFactor", 0.0));
+    if (!(share > 0.0f)) return;
+    noteIgnored(transmission, {"transmissionTexture"}, place);
+    if (share < kLeastShare || m.metallicFactor > 0.0f) {
+      note(place + ": the transmission is left out, because a sample has one lobe: that of the " +
+           (m.metallicFactor > 0.0f ? "metal" : "reflection"));
+      return;
+    }
+    m.lobe = LobeModel::Phong;
+    m.refraction = 1.0f;
+    m.specularLevel = share;
+    m.metallicRoughnessTexture = {};
+    m.reflectionTint = Vec3(0.0f);
+    m.albedoTint = 1.0f;
+    note(place + ": transmits light without bending or scattering it, and mirrors nothing");
+  }
+
+  /// A round lobe of the same area stands for one that is stretched.
+  void setAnisotropy(const tinygltf::Value& anisotropy, const std::string& place, Material& m) {
+    const auto strength = static_cast<float>(numberOr(anisotropy, "anisotropyStrength", 0.0));
+    if (!(strength > 0.0f)) return;
+    note(place + ": the anisotropic lobe is drawn round, of the same area" +
+         (m.metallicRoughnessTexture.used() ? " where the roughness texture is 1" : ""));
+    noteIgnored(anisotropy, {"anisotropyTexture"}, place);
+    const float alpha = m.roughnessFactor * m.roughnessFactor;
+    const float along = glm::mix(alpha, 1.0f, strength * strength);
+    m.roughnessFactor = std::pow(alpha * along, 0.25f);
+  }
+
   Material material(const tinygltf::Material& source, const std::string& place, std::size_t index) {
     Material m;
     m.lobe = LobeModel::Ggx;
@@ -182,10 +252,11 @@ class MaterialReader {
     const float meanColor = (color.x + color.y + color.z) / 3.0f;
     m.dielectricF0 = ior == 0.0 ? std::min(1.0f, weight * meanColor)
                                 : dielectricF0(static_cast<float>(ior), weight * meanColor);
-    for (const char* key : {"specularTexture", "specularColorTexture"}) {
-      if (member(specular, key).IsObject()) note(place + ": " + key + " is ignored");
-    }
+    noteIgnored(specular, {"specularTexture", "specularColorTexture"}, place);
+    setAnisotropy(extension(source.extensions, "KHR_materials_anisotropy"), place, m);
+    setClearCoat(extension(source.extensions, "KHR_materials_clearcoat"), place, m);
     setMetallicTint(m);
+    setTransmission(extension(source.extensions, "KHR_materials_transmission"), place, m);
     m.unlit = source.extensions.count("KHR_materials_unlit") > 0;
 
     if (source.alphaMode == "MASK") {

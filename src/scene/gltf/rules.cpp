@@ -123,7 +123,17 @@ struct Tables {
                   object("specularColorTexture", textureInfo)}};
   Table ior{{number("ior", 0, 1e6)}};
   Table emissiveStrength{{number("emissiveStrength", 0, 1e30)}};
+  Table clearCoat{{number("clearcoatFactor", 0, 1), number("clearcoatRoughnessFactor", 0, 1),
+                   object("clearcoatTexture", textureInfo),
+                   object("clearcoatRoughnessTexture", textureInfo),
+                   object("clearcoatNormalTexture", textureInfo)}};
+  Table transmission{
+      {number("transmissionFactor", 0, 1), object("transmissionTexture", textureInfo)}};
+  Table anisotropy{{number("anisotropyStrength", 0, 1), object("anisotropyTexture", textureInfo)}};
   Table materialExtensions{{object("KHR_materials_specular", specular),
+                            object("KHR_materials_clearcoat", clearCoat),
+                            object("KHR_materials_transmission", transmission),
+                            object("KHR_materials_anisotropy", anisotropy),
                             object("KHR_materials_ior", ior),
                             object("KHR_materials_emissive_strength", emissiveStrength),
                             {.key = "KHR_materials_unlit", .kind = Kind::Object}}};

@@ -16,10 +16,12 @@ namespace {
 using config::Value;
 
 const std::array kKnownExtensions = {
-    std::string("KHR_mesh_quantization"), std::string("EXT_mesh_gpu_instancing"),
-    std::string("KHR_texture_transform"), std::string("KHR_materials_specular"),
-    std::string("KHR_materials_ior"),     std::string("KHR_materials_emissive_strength"),
-    std::string("KHR_materials_unlit"),   std::string("KHR_lights_punctual")};
+    std::string("KHR_mesh_quantization"),      std::string("EXT_mesh_gpu_instancing"),
+    std::string("KHR_texture_transform"),      std::string("KHR_materials_specular"),
+    std::string("KHR_materials_ior"),          std::string("KHR_materials_emissive_strength"),
+    std::string("KHR_materials_unlit"),        std::string("KHR_materials_clearcoat"),
+    std::string("KHR_materials_transmission"), std::string("KHR_materials_anisotropy"),
+    std::string("KHR_lights_punctual")};
 
 void checkExtensions(const Checker& check, const Value& root) {
   for (const char* key : {"extensionsUsed", "extensionsRequired"}) {
