@@ -193,9 +193,11 @@ class Gltf:
         return len(self.json["accessors"]) - 1
 
     def material(self, color, metallic):
-        self.json["materials"].append({"pbrMetallicRoughness": {
-            "baseColorFactor": [*color, 1], "metallicFactor": metallic,
-            "roughnessFactor": 0 if metallic else 1}})
+        """A mirror of metal, or a diffuse surface: with an ior of 1 it reflects nothing."""
+        self.json["materials"].append({
+            "pbrMetallicRoughness": {"baseColorFactor": [*color, 1], "metallicFactor": metallic,
+                                     "roughnessFactor": 0 if metallic else 1},
+            "extensions": {"KHR_materials_ior": {"ior": 1}}})
         return len(self.json["materials"]) - 1
 
     def mesh(self, shape, material):
@@ -262,7 +264,7 @@ def balls(folder, change=lambda shape, name: shape, node=lambda name: {}, more=N
     for name, material, x in (("mirror", gold, -0.5), ("diffuse", red, 0.625)):
         file.node(mesh=file.mesh(change(ball(0.5), name), material),
                   **{"translation": [x, 0.5, 0], **node(name)})
-    file.json["extensionsUsed"] = ["KHR_lights_punctual"]
+    file.json["extensionsUsed"] = ["KHR_lights_punctual", "KHR_materials_ior"]
     file.json["extensions"] = {"KHR_lights_punctual": {
         "lights": [{"type": "point", "intensity": 60}, {"type": "directional", "intensity": 1}]}}
     file.node(translation=[2, 3, 2], extensions={"KHR_lights_punctual": {"light": 0}})
