@@ -30,6 +30,9 @@ struct DiffuseOutputs {
   bool radiance = true;   ///< rgb: diffuse radiance, before any factor 1 - s
   bool normal = false;    ///< xyz: unit shading normal, turned towards the viewer
   bool specular = false;  ///< s, g, 0
+  /// rgb: albedo / pi, alpha: visibility of the sky, by the formula of frame/shading.h. Radiance
+  /// then has no sky and no lights.
+  bool factors = false;
 };
 
 struct DiffuseDraw {

@@ -61,7 +61,8 @@ class DepthImpostors : public impostors::ImpostorMethod {
     made.texels.assign(texels.begin(), texels.end());
   }
 
-  void mapsReady(Services& services, FrameOutput& output, std::size_t count) override {
+  void mapsReady(Services& services, FrameOutput& output, std::size_t count,
+                 std::size_t maps) override {
     if (onProcessor() && (domains_.empty() || options().refine > 0)) keepTexels(count);
     if (domains_.empty()) {
       made_.clear();
@@ -69,13 +70,17 @@ class DepthImpostors : public impostors::ImpostorMethod {
     }
     const std::size_t points = rows_ * static_cast<std::size_t>(options().points);
     const std::size_t bytes = points * sizeof(depth_impostors::Point);
-    if (lines_.size() != count) {  // on the device all images were drawn anew
+    if (lines_.size() != count) {
       lines_.resize(count);
       if (onDevice()) {
         rowBuffer_ = gl::Buffer("simplified lines", count * bytes);
         rowTexture_ = gl::Texture::makeBuffer("simplified lines", GL_RG32F, rowBuffer_);
+        for (std::size_t layer = 0; layer < count; ++layer)
+          if (!lines_[layer].empty()) rowBuffer_.write(layer * bytes, bytes, lines_[layer].data());
       }
     }
+    output.counters["rows_built"] = made_.size() * rows_;
+    output.counters["rows_reused"] = (maps - made_.size()) * rows_;
     depth_impostors::Simplification done;
     if (!made_.empty()) {
       services.timer.measure("srdm", [&] {
@@ -165,6 +170,12 @@ const MethodEntry& depthImpostorsEntry() {
                         "intersection srdm, srdm_two_rows"});
     counters.push_back({"lost_spans",
                         "of `spans`: runs that were dropped, because a row has too few `points`",
+                        false, "intersection srdm, srdm_two_rows"});
+    counters.push_back({"rows_built", "simplified rows of depth maps drawn in this frame", false,
+                        "intersection srdm, srdm_two_rows"});
+    counters.push_back({"rows_reused",
+                        "simplified rows of needed depth maps that were kept from earlier frames, "
+                        "also where the object has moved rigidly",
                         false, "intersection srdm, srdm_two_rows"});
     counters.push_back({"clipped",
                         "pairs of a ray and a depth map whose frustum the ray misses, without "

@@ -187,6 +187,58 @@ TEST(DepthImpostors, ARigidlyMovedPairShowsTheSame) {
   }
 }
 
+/// A lit ball that moves away from a mirror ball and turns about the line between both.
+test::SceneBuilder turningBall() {
+  test::SceneBuilder builder = twoBalls();
+  builder.constantEnvironment(Vec3(0.5f));
+  builder.scene().materials.back().unlit = false;
+  builder.scene().bake = {scene::BakeMode::AmbientOcclusion, 64};
+  scene::Light& lamp = builder.scene().lights.emplace_back();
+  lamp.intensity = Vec3(6.0f);
+  lamp.position = {1.0f, 2.0f, 0.0f};
+  builder.move(1, {0.0f, 0.0f, 0.2f}, 1.0f);
+  scene::AnimationChannel& turn = builder.scene().animation.emplace_back();
+  turn.node = builder.scene().objects[1].node;
+  turn.target = scene::Target::Rotation;
+  turn.times = {0.0f, 1.0f};
+  const Quat start = glm::angleAxis(radians(40.0f), glm::normalize(Vec3(1.0f, 1.0f, 0.3f)));
+  for (const Quat& q : {start, glm::angleAxis(radians(50.0f), Vec3(0, 0, 1)) * start})
+    turn.values.insert(turn.values.end(), {q.x, q.y, q.z, q.w});
+  return builder;
+}
+
+TEST(DepthImpostors, ARigidlyMovedObjectKeepsItsRows) {
+  std::vector<Vec3> first;
+  for (const char* options :
+       {R"({"fallback": "none"})", R"({"fallback": "none", "intersection": "walk"})",
+        R"({"fallback": "none", "intersect_on": "device"})",
+        R"({"fallback": "none", "bounces": 2, "layers": 2, "self_maps": 6})"}) {
+    std::vector<Vec3> shown[2];
+    for (int i = 0; i < 2; ++i) {
+      test::GlStage stage(turningBall().scene(), kSettings, true);
+      test::GlMethod method(stage, depthImpostorsEntry(), options);
+      if (i == 0) method.render(camera());
+      const FrameOutput output = method.render(camera(), stage.moveTo(0.5));
+      EXPECT_GT(output.counters.at("impostors_rendered"), 0u);
+      if (output.counters.contains("rows_reused")) {
+        const std::uint64_t rows =
+            output.counters.at("rows_reused") + output.counters.at("rows_built");
+        EXPECT_EQ(output.counters.at("rows_reused"), i == 0 ? rows : 0u) << options;
+        EXPECT_GT(rows, 0u);
+        EXPECT_EQ(output.counters.at("spans") > 0, i == 1);
+      }
+      shown[i] = test::TracedSamples(stage, camera(), {}).ours;
+    }
+    EXPECT_EQ(shown[0], shown[1]) << options;
+    // The CPU lights what the device draws
+    if (first.empty()) first = shown[0];
+    std::size_t off = 0;
+    for (std::size_t k = 0; k < first.size(); ++k)
+      off += glm::length(first[k] - shown[0][k]) > 2.0f / 255.0f ? 1 : 0;
+    EXPECT_LE(off, first.size() / 100) << options;
+  }
+}
+
 // A half turn about y changes signs alone, so nothing is rounded otherwise.
 TEST(DepthImpostors, APairTurnedHalfAroundHasTheSameBits) {
   Mat4 half(1.0f);

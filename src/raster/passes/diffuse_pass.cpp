@@ -12,13 +12,15 @@ namespace catoptric::raster {
 namespace {
 
 SurfaceShaders diffuseShaders(const DiffuseOutputs& outputs, bool behind) {
-  return {.label = behind ? "diffuse, behind" : "diffuse",
+  return {.label = outputs.factors ? "diffuse, unlit"
+                   : behind        ? "diffuse, behind"
+                                   : "diffuse",
           .vertex = "raster/shaders/scene.vert",
           .fragment = "raster/shaders/diffuse.frag",
           .outputs = (outputs.radiance ? std::uint32_t{kRadianceOutput} : 0u) |
                      (outputs.normal ? std::uint32_t{kNormalOutput} : 0u) |
                      (outputs.specular ? std::uint32_t{kSpecularOutput} : 0u),
-          .defines = {{"BEHIND", behind ? "1" : "0"}}};
+          .defines = {{"BEHIND", behind ? "1" : "0"}, {"FACTORS", outputs.factors ? "1" : "0"}}};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Chosen values of the surfaces of any view. Locations count the outputs that there are.
 //   RADIANCE_OUTPUT  1: diffuse radiance, alpha 1
 //   BEHIND           1: of what lies behind other depths alone
+//   FACTORS          1: the radiance has no sky and no lights; what these are multiplied with is written
 #include "surface.glsl"
 #if BEHIND
 #include "constants.glsl"
@@ -17,6 +18,9 @@ layout(location = RADIANCE_OUTPUT) out vec4 outNormal;  // alpha 1
 #if SPECULAR_OUTPUT
 layout(location = RADIANCE_OUTPUT + NORMAL_OUTPUT) out vec4 outSpecular;  // s, g, 0, alpha 1
 #endif
+#if FACTORS
+layout(location = RADIANCE_OUTPUT + NORMAL_OUTPUT + SPECULAR_OUTPUT) out vec4 outFactors;
+#endif
 
 void main() {
 #if BEHIND
@@ -32,5 +36,12 @@ void main() {
 #endif
 #if SPECULAR_OUTPUT
   outSpecular = vec4(surface.s, surface.lobe, 0.0, 1.0);
+#endif
+#if FACTORS && UNLIT
+  outFactors = vec4(0.0);
+#elif FACTORS && BAKE_VISIBILITY && SKY
+  outFactors = vec4(surface.albedo / kPi, vertexVisibility);
+#elif FACTORS
+  outFactors = vec4(surface.albedo / kPi, 1.0);
 #endif
 }

@@ -3,6 +3,10 @@
 #include "shading.glsl"
 #include "varyings.glsl"
 
+#ifndef FACTORS
+#define FACTORS 0
+#endif
+
 struct Slot {
   vec4 linear;  // columns of the 2x2 part of uv' = transform * (uv, 1)
   vec4 offset;  // xy translation; z texels per unit of uv; w last mip level
@@ -104,20 +108,20 @@ vec3 mappedNormal(vec3 normal, float level, vec2 offset) {
 #endif
 }
 
-// Irradiance at a place by what is baked, the sky and the lights.
+// Irradiance at a place by what is baked, the sky and the lights; with FACTORS by what is baked alone.
 vec3 surfaceIrradiance(vec3 place, vec3 normal) {
   vec3 irradiance = vec3(0.0);
 #if BAKE_IRRADIANCE && !UNLIT
   irradiance += vertexIrradiance;
 #endif
-#if SKY
+#if SKY && !FACTORS
   vec3 sky = skyIrradiance(normal) + kPi * frame.ambient.rgb;
 #if BAKE_VISIBILITY && !UNLIT
   sky *= vertexVisibility;
 #endif
   irradiance += sky;
 #endif
-#if LIGHT_COUNT > 0
+#if LIGHT_COUNT > 0 && !FACTORS
   irradiance += lightIrradiance(place, normal);
 #endif
   return irradiance;
@@ -180,6 +184,7 @@ struct Surface {
   float s;
   float lobe;
   vec3 tint;  // of the reflection; of use with TINT_OUTPUT alone
+  vec3 albedo;
 };
 
 // The surface that a fragment shows. eye: xyz, w spread of its ray cones; coneLength2: the square of
@@ -192,7 +197,7 @@ Surface surfaceAt(vec4 eye, vec3 fromEye, float coneLength2, bool front) {
   vec3 albedo = surfaceAlbedo(footprint2);
   vec3 specular = specularAndGloss(footprint2);
   return Surface(diffuseRadiance(eye.xyz + fromEye, normal, albedo, footprint2), normal, specular.x,
-                 specular.y, reflectionTint(specular.z, albedo));
+                 specular.y, reflectionTint(specular.z, albedo), albedo);
 }
 
 // ... as the eye of `frame` sees it (glFrontFace follows views that mirror).

@@ -36,8 +36,6 @@ constexpr int kMostViews = 7;
 constexpr float kLeastShare = 0.03f;
 constexpr std::size_t kObjectsPerTask = 16;  ///< ours
 constexpr int kPoints = 64;  ///< that stand for a surface, and directions for the sphere; ours
-/// Sizes below this share of the scene's diameter are none.
-constexpr float kLeastSize = 1e-6f;
 
 bool encloses(const Box3& box, const Vec3& p) {
   return glm::all(glm::lessThan(box.min, p)) && glm::all(glm::greaterThan(box.max, p));
@@ -55,7 +53,7 @@ class Chooser {
  public:
   Chooser(const Options& options, Kind kind, const scene::Scene& scene,
           const frame::Geometry& geometry, const std::vector<Shape>& shapes,
-          const std::vector<bool>& reflects, const std::vector<bool>& mirrors)
+          const std::vector<bool>& reflects, const std::vector<bool>& mirrors, RestPose* rest)
       : options_(options),
         kind_(kind),
         scene_(scene),
@@ -63,6 +61,7 @@ class Chooser {
         shapes_(shapes),
         reflects_(reflects),
         mirrors_(mirrors),
+        rest_(rest),
         metres_(std::max(geometry.bounds.diameter(), std::numeric_limits<float>::min())) {}
 
   Choice run() {
@@ -228,6 +227,7 @@ class Chooser {
   }
 
   void add(int reflector, int object, ImpostorList& into) {
+    const std::size_t first = into.members.size();
     if (asPlanes(reflector, object)) {
       const Shape& what = shape(object);
       const Vec3 from = shape(reflector).centroid;
@@ -246,26 +246,16 @@ class Chooser {
     } else {
       depthMaps(reflector, object, into);
     }
-  }
-
-  /// An axis of the object's frame beside `forward`, in world space.
-  Vec3 upBeside(int object, const Vec3& forward) const {
-    const Mat3 world(range(object).worldFromObject);
-    Vec3 best(0.0f);
-    float least = 2.0f;
-    for (int i : {1, 2, 0}) {
-      const Vec3 axis = normalizedOr(world[i], Vec3(i == 0, i == 1, i == 2));
-      const float along = std::abs(glm::dot(axis, forward));
-      if (along < least - 0.2f) {
-        least = along;
-        best = axis;
-      }
-    }
-    return best;
+    if (!range(reflector).moving && !range(object).moving) return;
+    for (std::size_t m = first; m < into.members.size(); ++m)
+      choice_.impostors[static_cast<std::size_t>(into.members[m])].turns = true;
   }
 
   int insert(Impostor impostor) {
+    const frame::ObjectRange& shown = range(impostor.object);
     impostor.reflective = mirrors_[static_cast<std::size_t>(impostor.object)];
+    impostor.moves = shown.moving;
+    impostor.deforms = shown.deforms;
     choice_.impostors.push_back(impostor);
     return static_cast<int>(choice_.impostors.size()) - 1;
   }
@@ -294,8 +284,8 @@ class Chooser {
     for (const Vec3& p : points) box.extend(p);
     Vec3 centre = box.centre();
     centre += plane.normal * (plane.offset - glm::dot(plane.normal, centre));
-    impostor.camera =
-        lookAtPoints(points, centre, -normal, upBeside(object, normal), kLeastSize * metres_);
+    impostor.camera = lookAtPoints(points, centre, -normal, upBeside(range(object), normal),
+                                   kLeastSize * metres_);
     // Transition walls stand on the object's edges
     if (!impostor.slab && options_.transitionHeight > 0.0f)
       impostor.camera = withoutMargin(impostor.camera);
@@ -320,19 +310,35 @@ class Chooser {
   int billboard(int reflector, int object) {
     const Vec3 towards = directionTo(reflector, object);
     if (!sharesBillboards_) return insert(lookingAlong(-towards, {.object = object}));
-    const Cell cell = cellOf(object, towards);
-    if (const auto found = quads_.find(cell.key); found != quads_.end()) return found->second;
-    const int made = insert(lookingAlong(cell.forward, {.object = object}));
-    quads_.emplace(cell.key, made);
-    return made;
+    const View cell = cellOf(object, towards);
+    const auto [at, added] = quads_.try_emplace({object, cell.number});
+    if (added) at->second = insert(lookingAlong(cell.forward, {.object = object}));
+    return at->second;
   }
 
   /// Completes an impostor of a whole object by its camera.
   Impostor lookingAlong(const Vec3& forward, Impostor impostor) const {
     const int object = impostor.object;
-    impostor.camera = lookAtPoints(verticesOf(geometry_, object), shape(object).centroid, forward,
-                                   upBeside(object, forward), kLeastSize * metres_);
+    impostor.camera = cameraAlong(geometry_, object, shape(object).centroid, forward);
     return impostor;
+  }
+
+  /// A direction in which a camera looks at an object.
+  struct View {
+    int number = 0;  ///< of the object's directions
+    Vec3 inObject;   ///< in the object's frame
+    Vec3 forward;    ///< in world space
+  };
+
+  /// A depth map, drawn in the rest pose if the object moves rigidly.
+  int depthMap(const View& view, Impostor impostor) {
+    impostor.depth = true;
+    const std::optional<Mat4> motion =
+        rest_ != nullptr ? rest_->motionTo(geometry_, impostor.object) : std::nullopt;
+    if (!motion) return insertLayers(lookingAlong(view.forward, impostor));
+    impostor.rest = rest_->camera(impostor.object, view.number, view.inObject);
+    impostor.camera = moved(*impostor.rest, *motion);
+    return insertLayers(impostor);
   }
 
   const std::vector<SurfacePoint>& pointsOf(int object) {
@@ -407,7 +413,7 @@ class Chooser {
 
   /// `main`, and others 60 degrees from it, all around.
   std::vector<Vec3> around(const Vec3& main, int object, int count) const {
-    const Vec3 across = glm::normalize(glm::cross(main, upBeside(object, main)));
+    const Vec3 across = glm::normalize(glm::cross(main, upBeside(range(object), main)));
     const Vec3 along = glm::cross(across, main);
     std::vector<Vec3> views{main};
     for (int i = 1; i < count; ++i) {
@@ -418,16 +424,10 @@ class Chooser {
     return views;
   }
 
-  /// A cell of directions, in an object's frame, and the camera's direction in it.
-  struct Cell {
-    std::tuple<int, int, int> key;  ///< object, cell
-    Vec3 forward;
-  };
-  Cell cellOf(int object, const Vec3& towards) const {
-    const Mat3 world(range(object).worldFromObject);
-    const Mat3 turn(normalizedOr(world[0], {1, 0, 0}), normalizedOr(world[1], {0, 1, 0}),
-                    normalizedOr(world[2], {0, 0, 1}));
-    Vec3 local = glm::transpose(turn) * towards;
+  /// The view of the cell of directions that contains `towards`.
+  View cellOf(int object, const Vec3& towards) const {
+    const Mat3 axes = axesOf(range(object));
+    Vec3 local = glm::transpose(axes) * towards;
     local /= std::abs(local.x) + std::abs(local.y) + std::abs(local.z);
     const auto signs = [](const Vec2& v) {
       return Vec2(v.x < 0.0f ? -1.0f : 1.0f, v.y < 0.0f ? -1.0f : 1.0f);
@@ -442,28 +442,29 @@ class Chooser {
       const Vec2 folded = (1.0f - glm::abs(Vec2(at.y, at.x))) * signs(at);
       back = Vec3(folded, back.z);
     }
-    return {std::tuple(object, static_cast<int>(cell.x), static_cast<int>(cell.y)),
-            -glm::normalize(turn * glm::normalize(back))};
+    const Vec3 forward = -glm::normalize(back);
+    return {static_cast<int>(cell.y * kDirectionCells + cell.x), forward,
+            glm::normalize(axes * forward)};
   }
 
   /// The depth map that looks from the cell of `towards`.
   int depthMap(int object, const Vec3& towards) {
-    const Cell cell = cellOf(object, towards);
-    if (const auto found = maps_.find(cell.key); found != maps_.end()) return found->second;
-    const int made = insertLayers(lookingAlong(cell.forward, {.object = object, .depth = true}));
-    maps_.emplace(cell.key, made);
-    return made;
+    const View cell = cellOf(object, towards);
+    const auto [at, added] = maps_.try_emplace({object, cell.number});
+    if (added) at->second = depthMap(cell, {.object = object});
+    return at->second;
   }
 
   /// Depth maps for the rays of the object that they show, from the ends of its axes.
   void selfMaps(int object, ImpostorList& into) {
     const std::size_t begin = into.members.size();
+    const Mat3 axes = axesOf(range(object));
     for (int i = 0; i < options_.selfMaps; ++i) {
-      const Vec3 axis = normalizedOr(Vec3(range(object).worldFromObject[(i + 1) % 3]), {0, 1, 0});
-      const Vec3 forward = i < 3 ? -axis : axis;
-      addLayers(
-          insertLayers(lookingAlong(forward, {.object = object, .depth = true, .self = true})),
-          into);
+      const int axis = (i + 1) % 3;
+      const float side = i < 3 ? -1.0f : 1.0f;
+      View view{.number = -1 - i, .inObject = Vec3(0.0f), .forward = side * axes[axis]};
+      view.inObject[axis] = side;
+      addLayers(depthMap(view, {.object = object, .self = true}), into);
     }
     if (options_.selfMaps == 0 || options_.layers > 1) return;
     into.views.resize(begin + 1, 0);
@@ -477,23 +478,38 @@ class Chooser {
   const std::vector<Shape>& shapes_;
   const std::vector<bool>& reflects_;
   const std::vector<bool>& mirrors_;
+  RestPose* rest_;
   float metres_;
   bool billboardsToo_ = false;     ///< of a method of depth maps
   std::vector<bool> billboards_;   ///< by object: see chooseBillboards()
   bool sharesBillboards_ = false;  ///< between reflectors in one cell
   Choice choice_;
   std::map<std::tuple<int, int, bool>, int> flats_;  ///< object, plane, side
-  std::map<std::tuple<int, int, int>, int> maps_;    ///< object, cell
-  std::map<std::tuple<int, int, int>, int> quads_;   ///< object, cell
+  std::map<std::pair<int, int>, int> maps_;          ///< object, cell
+  std::map<std::pair<int, int>, int> quads_;         ///< object, cell
   std::map<int, std::vector<SurfacePoint>> points_;  ///< by object
 };
 
 }  // namespace
 
+bool lightsMove(const scene::Scene& scene) {
+  return scene.animated() && std::ranges::any_of(scene.lights, [](const scene::Light& light) {
+           return light.node != scene::kNone;
+         });
+}
+
+bool environmentMoves(const scene::Scene& scene, const frame::Geometry& geometry,
+                      const Choice& choice) {
+  bool moves = lightsMove(scene);
+  for (std::size_t o = 0; o < choice.chosen.size(); ++o)
+    moves = moves || (geometry.objects[o].moving && !choice.chosen[o]);
+  return moves;
+}
+
 Choice choose(const Options& options, Kind kind, const scene::Scene& scene,
               const frame::Geometry& geometry, const std::vector<Shape>& shapes,
-              const std::vector<bool>& reflects, const std::vector<bool>& mirrors) {
-  return Chooser(options, kind, scene, geometry, shapes, reflects, mirrors).run();
+              const std::vector<bool>& reflects, const std::vector<bool>& mirrors, RestPose* rest) {
+  return Chooser(options, kind, scene, geometry, shapes, reflects, mirrors, rest).run();
 }
 
 }  // namespace catoptric::methods::impostors

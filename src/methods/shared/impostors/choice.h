@@ -8,6 +8,7 @@
 #include "methods/contract/method.h"
 #include "methods/shared/impostors/camera.h"
 #include "methods/shared/impostors/options.h"
+#include "methods/shared/impostors/rest_pose.h"
 #include "methods/shared/impostors/targets.h"
 
 namespace catoptric::methods::impostors {
@@ -20,8 +21,13 @@ struct Impostor {
   bool reflective = false;  ///< the object is reflective; its image stores normals
   bool slab = false;        ///< shows only the part in `plane`
   bool self = false;        ///< shows the reflector whose rays are tested against it
-  int peeled = 0;           ///< number of nearer surfaces that a depth map leaves out
+  bool moves = false;       ///< the object moves in some frames
+  bool deforms = false;
+  bool turns = false;  ///< the direction in which a reflector sees the object changes over time
+  int peeled = 0;      ///< number of nearer surfaces that a depth map leaves out
   Camera camera = {};
+  /// The same camera in the rest pose, in which the depth map is drawn. Empty: in the frame's pose.
+  std::optional<Camera> rest = {};
 };
 
 /// The impostors that a reflector's rays are tested against, diffuse ones first.
@@ -47,11 +53,18 @@ struct Choice {
   std::uint64_t coinciding = 0;  ///< pairs of a reflector and an object with the same centroid
 };
 
+/// Whether a light may move.
+bool lightsMove(const scene::Scene& scene);
+/// Whether the environment map shows something that moves.
+bool environmentMoves(const scene::Scene& scene, const frame::Geometry& geometry,
+                      const Choice& choice);
+
 /// The result depends on the pose only. `reflects`: by object, whether it is a reflector that the
 /// method shades. `mirrors`: by object, whether it is any reflector; its impostors then store
-/// normals.
+/// normals. `rest`: of the scene, or null.
 Choice choose(const Options& options, Kind kind, const scene::Scene& scene,
               const frame::Geometry& geometry, const std::vector<Shape>& shapes,
-              const std::vector<bool>& reflects, const std::vector<bool>& mirrors);
+              const std::vector<bool>& reflects, const std::vector<bool>& mirrors,
+              RestPose* rest = nullptr);
 
 }  // namespace catoptric::methods::impostors

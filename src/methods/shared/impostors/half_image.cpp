@@ -7,6 +7,7 @@
 #include <span>
 
 #include "core/math.h"
+#include "methods/shared/impostors/half_float.h"
 #include "raster/cube_faces.h"
 #include "raster/scene_raster.h"
 
@@ -20,26 +21,12 @@ std::size_t valuesOf(int size) {
   return kValues * side * side;
 }
 
-/// What is no normal half float becomes 0.
-float floatOf(std::uint16_t half) {
-  const std::uint32_t exponentAndMore = (half & 0x7FFFu) << 13;
-  if (exponentAndMore < (1u << 23)) return 0.0f;
-  return std::bit_cast<float>((half & 0x8000u) << 16 | (exponentAndMore + (112u << 23)));
-}
 /// Of the mean of such values: rounded towards 0.
 std::uint16_t halfOf(float value) {
   const auto bits = std::bit_cast<std::uint32_t>(value);
   const std::uint32_t sized = bits & 0x7FFFFFFFu;
   if (sized < (113u << 23)) return 0;
   return static_cast<std::uint16_t>((bits >> 16 & 0x8000u) | ((sized - (112u << 23)) >> 13));
-}
-
-/// Rounded to the nearest.
-std::uint16_t nearestHalf(float value) {
-  const auto bits = std::bit_cast<std::uint32_t>(value);
-  const std::uint32_t sized = (bits & 0x7FFFFFFFu) + 0x1000u;
-  const std::uint32_t half = (sized - (112u << 23)) >> 13;
-  return static_cast<std::uint16_t>(sized < (113u << 23) ? 0u : (bits >> 16 & 0x8000u) | half);
 }
 
 struct Texel {
@@ -129,25 +116,29 @@ void shrink(Scratch& scratch, int from, int to) {
 }  // namespace
 
 std::uint64_t HalfImage::read(const gl::Texture& texture) {
+  static thread_local std::vector<std::uint16_t> texels;
+  const auto size = static_cast<std::size_t>(texture.levelWidth(0));
+  texels.resize(kValues * size * size);
+  texture.read(0, GL_RGBA, GL_HALF_FLOAT, std::as_writable_bytes(std::span(texels)));
+  return set(texture.levelWidth(0), texels);
+}
+
+std::uint64_t HalfImage::set(int edge, std::span<const std::uint16_t> texels) {
   static thread_local Scratch scratch;
   levels_.clear();
   std::size_t count = 0;
-  for (int size = texture.levelWidth(0); size > 0; size /= 2) {
+  for (int size = edge; size > 0; size /= 2) {
     levels_.push_back({size, count});
     count += valuesOf(size);
   }
   values_.resize(count);
-  const auto size = static_cast<std::size_t>(levels_.front().size);
-  std::vector<std::uint16_t>& texels = scratch.texels;
-  texels.resize(kValues * size * size);
-  texture.read(0, GL_RGBA, GL_HALF_FLOAT, std::as_writable_bytes(std::span(texels)));
   const std::uint64_t clamped = raster::clampedTexels(texels);
   scratch.fine.resize(texels.size());
   std::ranges::transform(texels, scratch.fine.begin(), floatOf);
   put(texels, levels_.front(), values_);
   for (std::size_t level = 1; level < levels_.size(); ++level) {
     shrink(scratch, levels_[level - 1].size, levels_[level].size);
-    put(texels, levels_[level], values_);
+    put(scratch.texels, levels_[level], values_);
   }
   return clamped;
 }

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "gl/objects.h"
@@ -21,6 +22,8 @@ class HalfImage {
  public:
   /// Reads level 0 and makes the others. Returns the number of clamped texels.
   std::uint64_t read(const gl::Texture& texture);
+  /// The same of level 0 given as texels.
+  std::uint64_t set(int edge, std::span<const std::uint16_t> texels);
   const std::vector<HalfLevel>& levels() const { return levels_; }
   const std::uint16_t* values() const { return values_.data(); }
 

@@ -30,8 +30,8 @@ struct BallImages {
   int update(const std::vector<Impostor>& impostors, const std::vector<int>& needed) {
     int maps = 0;
     Services services = stage.services();
-    images.update(services, impostors, needed, 8,
-                  [&](int, int, std::span<const float> texels) { maps += texels.empty() ? 0 : 1; });
+    images.update(services, impostors, needed, 8, true,
+                  [&](int, std::span<const float> texels) { maps += texels.empty() ? 0 : 1; });
     return maps;
   }
 

@@ -44,7 +44,9 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
       (options_.intersectOn == Unit::Auto && gl::Context::current().info().software);
   onProcessor_ = processor && reflectors_.mirrors();
   kept_ = keptIn(onProcessor_, reflectors_.glossy || !onProcessor_);
-  images_.prepare(options_.textureSize, kept_);
+  if (kind_ == Kind::DepthMap && RestPose::appliesTo(services.geometry))
+    rest_.emplace(services.scene, firstSecondsOf(settings), services.geometry);
+  images_.prepare(options_.textureSize, kept_, rest_ ? &*rest_ : nullptr);
   Images::Kept ofPlanes = kept_;
   ofPlanes.depths = false;
   planes_.prepare(options_.planeSize, ofPlanes);
@@ -98,22 +100,25 @@ void ImpostorMethod::follow(const FrameInput& input, Services& services) {
     shapes_ = shapesOf(geometry);
     images_.forgetAll();
     planes_.forgetAll();
+    environmentOutdated_ = true;
   } else {
     for (const int o : input.changedObjects)
       shapes_[static_cast<std::size_t>(o)] = shapeOf(geometry, o, metres);
     images_.forget(input.changedObjects);
     planes_.forget(input.changedObjects);
+    movedSince_.insert(movedSince_.end(), input.changedObjects.begin(), input.changedObjects.end());
   }
   if (relit) {
-    images_.forgetAll();
-    planes_.forgetAll();
+    images_.forgetColors();
+    planes_.forgetColors();
+    environmentOutdated_ = true;
   }
   lights_ = services.lighting.lights;
-  choice_ = choose(options_, kind_, services.scene, geometry, shapes_, reflects_, mirrors_);
-  costs_ = costsOf(choice_.impostors, !services.scene.animated(), kept_);
+  choice_ = choose(options_, kind_, services.scene, geometry, shapes_, reflects_, mirrors_,
+                   rest_ ? &*rest_ : nullptr);
+  costs_ = costsOf(choice_.impostors, lightsMove(services.scene), kept_);
   images_.retain(choice_.impostors);
   planes_.retain(choice_.impostors);
-  environmentOutdated_ = true;
 }
 
 std::vector<int> ImpostorMethod::visibleReflectors(const FrameInput& input,
@@ -233,8 +238,7 @@ void ImpostorMethod::uploadTable() {
 }
 
 void ImpostorMethod::drawEnvironment(Services& services) {
-  if (!std::exchange(environmentOutdated_, false)) return;
-  std::vector<int> without;
+  std::vector<int> outside;
   const bool shares = options_.transitionHeight > 0.0f && options_.shareEnvironment;
   const Vec3 centre = services.geometry.bounds.centre();
   for (std::size_t o = 0; o < choice_.chosen.size(); ++o) {
@@ -244,10 +248,19 @@ void ImpostorMethod::drawEnvironment(Services& services) {
                        glm::all(glm::lessThanEqual(box.min, centre)) &&
                        glm::all(glm::greaterThanEqual(box.max, centre));
     if (hides || (choice_.chosen[o] && !(shares && shapes_[o].flat())))
-      without.push_back(static_cast<int>(o) + 1);
+      outside.push_back(static_cast<int>(o) + 1);
   }
+  const bool shows = std::ranges::any_of(
+      movedSince_, [&](int o) { return !std::ranges::binary_search(outside, o + 1); });
+  movedSince_.clear();
+  const Box3& bounds = services.geometry.bounds;
+  const bool same = outside == outside_ && bounds.min == environmentBounds_.min &&
+                    bounds.max == environmentBounds_.max;
+  if (!std::exchange(environmentOutdated_, false) && !shows && same) return;
+  outside_ = outside;
+  environmentBounds_ = bounds;
   cubeMap_.draw(services, centre, options_.faceSize,
-                raster::ObjectSet::without(std::move(without)));
+                raster::ObjectSet::without(std::move(outside)));
   if (onProcessor_) {
     services.timer.measure("cube_map", [&] {
       cubeInMemory_.read(cubeMap_.texture(), std::max(0, cubeMap_.texture().levels() - 3));
@@ -302,22 +315,27 @@ void ImpostorMethod::drawImages(Services& services, FrameOutput& output) {
   std::vector<int> planes;
   std::vector<int> others;
   std::uint64_t bytes = 0;
+  std::uint64_t unlit = 0;
   std::size_t maps = 0;
   for (const int index : needed_) {
     const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(index)];
     (impostor.plane ? planes : others).push_back(index);
     bytes += costs_[static_cast<std::size_t>(index)].bytes;
     maps += impostor.depth ? 1 : 0;
+    unlit += unlitBytes({&impostor, 1}, kept_);
   }
+  const bool lit = bytes + unlit <= options_.memoryBytes;
+  if (lit) bytes += unlit;
   const auto without = [&](std::uint64_t used) {
     return options_.memoryBytes - std::min(options_.memoryBytes, used);
   };
   const std::uint64_t plane = bytesOf({.plane = Plane(), .reflective = true}, kept_);
   const std::uint64_t quad = bytesOf({.reflective = true}, kept_);
+  const std::uint64_t map =
+      mapBytes() + (lit && unlit > 0 ? UnlitImage::bytesOf(options_.textureSize) : 0);
   const auto bytesOfPlanes = [&] { return std::max(planes_.layers(), planes.size()) * plane; };
   const auto bytesOfOthers = [&] {
-    return std::max(images_.layers(), others.size()) * quad +
-           std::max(images_.maps(), maps) * mapBytes();
+    return std::max(images_.layers(), others.size()) * quad + std::max(images_.maps(), maps) * map;
   };
   // Half of the memory that is left may keep images that this frame does not need
   const auto most = [&](std::size_t needed, std::uint64_t ofOne, std::uint64_t ofOthers) {
@@ -326,14 +344,14 @@ void ImpostorMethod::drawImages(Services& services, FrameOutput& output) {
   };
   if (bytesOfPlanes() + bytesOfOthers() > options_.memoryBytes) {
     planes_.limit(most(planes.size(), plane, 0));
-    images_.limit(most(others.size(), quad + mapBytes(), 0));
+    images_.limit(most(others.size(), quad + map, 0));
   }
   planes_.update(services, choice_.impostors, planes, most(planes.size(), plane, bytesOfOthers()),
-                 {});
+                 false, {});
   images_.update(services, choice_.impostors, others,
-                 most(others.size(), quad + mapBytes(), bytesOfPlanes()),
-                 [&](int, int layer, std::span<const float> texels) { imageDrawn(layer, texels); });
-  mapsReady(services, output, images_.layers());
+                 most(others.size(), quad + map, bytesOfPlanes()), lit,
+                 [&](int layer, std::span<const float> texels) { imageDrawn(layer, texels); });
+  mapsReady(services, output, images_.layers(), maps);
   makeLines(services);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -44,11 +45,13 @@ class ImpostorMethod : public Method, public KeepsFrames {
   /// The fragment shader of the pass, and the defines with which it is compiled.
   virtual std::string fragment() const = 0;
   virtual std::vector<gl::Define> defines() const { return {}; }
-  /// Called in this order: before the first frame; for each image that was drawn, without texels
-  /// unless it is a depth map; after all were drawn, with the number of layers; before the pass.
+  /// Called in this order: before the first frame; for each layer that was drawn, colours apart,
+  /// without texels unless it is a depth map; after all were drawn, with the number of layers and
+  /// that of needed depth maps; before the pass.
   virtual void prepareMaps() {}
   virtual void imageDrawn(int /*layer*/, std::span<const float> /*texels*/) {}
-  virtual void mapsReady(Services& /*services*/, FrameOutput& /*output*/, std::size_t /*layers*/) {}
+  virtual void mapsReady(Services& /*services*/, FrameOutput& /*output*/, std::size_t /*layers*/,
+                         std::size_t /*maps*/) {}
   virtual void bindMaps(gl::Program& /*program*/) {}
   /// Intersects rays with the depth map of a layer on the CPU. Returns the amount of work.
   virtual std::uint64_t meetMap(int /*layer*/, MapRays& /*rays*/) const { return 0; }
@@ -70,22 +73,30 @@ class ImpostorMethod : public Method, public KeepsFrames {
   struct Start {
     Choice choice;
     std::vector<Unfit> unfit;
+    bool redrawn = false;  ///< environmentMoves()
+    bool rests = false;    ///< there is a rest pose
   };
   Start startOf(const scene::Scene& scene, const RunSettings& settings) const;
   std::vector<int> visibleReflectors(const FrameInput& input, const Services& services) const;
   /// Bytes of an impostor's image, and of what is made of it.
   std::uint64_t bytesOf(const Impostor& impostor, Images::Kept kept) const;
-  /// The cost of each impostor's image. `lasts`: an image serves several frames.
-  std::vector<Cost> costsOf(std::span<const Impostor> impostors, bool lasts,
+  /// Bytes of the unlit images of impostors.
+  std::uint64_t unlitBytes(std::span<const Impostor> impostors, const Images::Kept& kept) const;
+  /// The cost of each impostor's image. `relit`: lights move.
+  std::vector<Cost> costsOf(std::span<const Impostor> impostors, bool relit,
                             const Images::Kept& kept) const;
+  /// The time of the path's first frame.
+  static double firstSecondsOf(const RunSettings& settings) {
+    return settings.path ? settings.path->frame(1).timeSeconds : 0.0;
+  }
   Images::Kept keptIn(bool memory, bool device) const {
     return {options_.bounces > 1, kind_ == Kind::DepthMap, memory, device};
   }
-  /// The limit on the cost of all images of a frame.
-  Cost mostOf(const RunSettings& settings, bool lasts, std::uint64_t rays) const;
+  /// The limit on the cost of all images of a frame. `redrawn`: the environment map is drawn, too.
+  Cost mostOf(const RunSettings& settings, bool redrawn, std::uint64_t rays) const;
   /// Decides which reflectors of the frame are shaded with impostors, and which with traced rays.
   void share(const FrameInput& input, Services& services);
-  void shareByDemand(const FrameInput& input, Services& services, bool lasts);
+  void shareByDemand(const FrameInput& input, Services& services, bool redrawn);
   std::vector<int> neededOf(std::span<const int> reflectors) const;
   /// Marks the impostors that rays of this list may meet.
   void addNeeded(const ImpostorList& list, std::vector<bool>& needed) const;
@@ -130,6 +141,7 @@ class ImpostorMethod : public Method, public KeepsFrames {
   raster::RefractiveSamples refractive_;
   std::vector<frame::WorldLight> lights_;
   std::vector<Shape> shapes_;
+  std::optional<RestPose> rest_;  ///< if objects with depth maps move rigidly
   Choice choice_;
   Images::Kept kept_;
   Images images_;  ///< quads and depth maps
@@ -148,6 +160,9 @@ class ImpostorMethod : public Method, public KeepsFrames {
   std::vector<ImpostorLines> lines_;  ///< by impostor
   bool onProcessor_ = false;
   bool environmentOutdated_ = true;
+  std::vector<int> movedSince_;  ///< objects that have moved since the environment was drawn
+  std::vector<int> outside_;     ///< ids of the objects that the environment map does not show
+  Box3 environmentBounds_;       ///< of the scene, when the environment was drawn
   Processor processor_;
   gl::Program mirror_;
   gl::Program glossy_;

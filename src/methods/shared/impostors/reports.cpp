@@ -25,7 +25,7 @@ const TableInfo& unfitTable() {
 std::vector<StepInfo> commonSteps() {
   return {{"cube_map", "start, frames",
            "the environment map is drawn without objects that have impostors; again after "
-           "something has moved"},
+           "something that it shows has moved"},
           {"impostors", "frames", "images of new and changed impostors are drawn"},
           {"choose", "start, frames",
            "start: which reflectors are `unfit`; frames: which have images, if these are many"},

@@ -37,8 +37,13 @@ void checkNames(const std::vector<std::string>& names, const scene::Scene& scene
   }
 }
 
-/// Frames that an image serves if nothing moves. Ours.
+/// Frames that an image serves if nothing moves, and a depth map if a reflector sees the object
+/// from changing directions. Ours: in the scene `moving` a quarter of the maps is new in each
+/// frame.
 constexpr double kFrames = 32.0;
+constexpr double kTurningFrames = 4.0;
+/// Time of lighting a texel of an unlit image, as texels. Ours.
+constexpr double kLit = 0.15;
 /// Time of a test of a mirrored ray against an object's depth maps on the CPU, as texels. Ours: a
 /// fit to the rooms.
 constexpr double kTexelsPerDepthMaps = 3.5;
@@ -72,6 +77,19 @@ std::string listed(const std::vector<Unfit>& unfit, const scene::Scene& scene) {
   return text;
 }
 
+/// How many times an impostor's image is drawn per frame. `rows`: with the time of simplifying its
+/// rows; `relit`: lights move; `lit`: Images::isLit().
+double drawnOf(const Impostor& impostor, bool rows, bool relit, bool lit) {
+  constexpr double kRows = 3.0;  // to simplify a depth map's rows, as texels; ours
+  const double colors = 1.0 + impostor.peeled;
+  const double whole = colors + (rows && impostor.depth ? kRows : 0.0);
+  // A billboard always faces the reflector; a plane's image stays while only the reflector moves
+  const bool changes = impostor.moves || relit || (impostor.turns && !impostor.plane);
+  if (impostor.deforms || (!impostor.depth && changes)) return whole;
+  const double again = impostor.moves || relit ? (lit ? kLit : colors) : 0.0;
+  return whole / (impostor.turns ? kTurningFrames : kFrames) + again;
+}
+
 std::uint64_t samplesOf(const RunSettings& settings) {
   return static_cast<std::uint64_t>(settings.width * settings.samples) *
          static_cast<std::uint64_t>(settings.height * settings.samples);
@@ -86,35 +104,43 @@ std::uint64_t ImpostorMethod::bytesOf(const Impostor& impostor, Images::Kept kep
          (kept.onDevice && !impostor.plane ? deviceBytes() : 0) + (impostor.depth ? mapBytes() : 0);
 }
 
-std::vector<Cost> ImpostorMethod::costsOf(std::span<const Impostor> impostors, bool lasts,
+std::vector<Cost> ImpostorMethod::costsOf(std::span<const Impostor> impostors, bool relit,
                                           const Images::Kept& kept) const {
-  constexpr double kRows = 3.0;  // to simplify a depth map's rows, as texels; ours
   std::vector<Cost> costs;
   for (const Impostor& impostor : impostors) {
     const int size = impostor.plane ? options_.planeSize : options_.textureSize;
-    const bool rows = impostor.depth && options_.intersection != Intersection::Walk;
-    const double draws = 1.0 + impostor.peeled + (rows ? kRows : 0.0);
-    costs.push_back({bytesOf(impostor, kept), draws * size * size / (lasts ? kFrames : 1.0)});
+    const double times = drawnOf(impostor, options_.intersection != Intersection::Walk, relit,
+                                 Images::isLit(impostor, kept));
+    costs.push_back({bytesOf(impostor, kept), times * size * size});
   }
   return costs;
 }
 
-Cost ImpostorMethod::mostOf(const RunSettings& settings, bool lasts, std::uint64_t rays) const {
+std::uint64_t ImpostorMethod::unlitBytes(std::span<const Impostor> impostors,
+                                         const Images::Kept& kept) const {
+  const auto count = std::ranges::count_if(
+      impostors, [&](const Impostor& impostor) { return Images::isLit(impostor, kept); });
+  return static_cast<std::uint64_t>(count) * UnlitImage::bytesOf(options_.textureSize);
+}
+
+Cost ImpostorMethod::mostOf(const RunSettings& settings, bool redrawn, std::uint64_t rays) const {
   if (options_.fallback == Fallback::None)
     return {options_.memoryBytes, std::numeric_limits<double>::infinity()};
   const double cube = 6.0 * options_.faceSize * options_.faceSize;
-  return {options_.memoryBytes, allowedTexels(samplesOf(settings), rays) - (lasts ? 0.0 : cube)};
+  return {options_.memoryBytes, allowedTexels(samplesOf(settings), rays) - (redrawn ? cube : 0.0)};
 }
 
 ImpostorMethod::Start ImpostorMethod::startOf(const scene::Scene& scene,
                                               const RunSettings& settings) const {
-  const frame::Geometry geometry = frame::makeGeometry(
-      scene, scene::poseAt(scene, settings.path ? settings.path->frame(1).timeSeconds : 0.0));
+  const frame::Geometry geometry =
+      frame::makeGeometry(scene, scene::poseAt(scene, firstSecondsOf(settings)));
   const std::vector<bool> reflects = findReflectors(scene, settings.reflectors).reflects();
   Start start;
   start.choice = choose(options_, kind_, scene, geometry, shapesOf(geometry), reflects,
                         findReflectors(scene).reflects());
   start.unfit = unfitReflectors(options_, scene, geometry, start.choice, reflects);
+  start.redrawn = environmentMoves(scene, geometry, start.choice);
+  start.rests = kind_ == Kind::DepthMap && RestPose::appliesTo(geometry);
   return start;
 }
 
@@ -128,17 +154,18 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   const Reflectors reflectors = findReflectors(scene, settings.reflectors);
   if (!reflectors.any()) return plan;
   const bool again = scene.animated();
-  const auto [choice, unfit] = startOf(scene, settings);
+  const auto [choice, unfit, redrawn, rests] = startOf(scene, settings);
   const std::string unfitNames = listed(unfit, scene);
   const bool inMemory = options_.intersectOn != Unit::Device && reflectors.mirrors();
   Cost all;
-  for (const Cost& cost :
-       costsOf(choice.impostors, !again, keptIn(inMemory, reflectors.glossy || !inMemory)))
+  for (const Cost& cost : costsOf(choice.impostors, lightsMove(scene),
+                                  keptIn(inMemory, reflectors.glossy || !inMemory)))
     all.add(cost);
+  all.bytes += unlitBytes(choice.impostors, keptIn(inMemory, true));
   const std::uint64_t samples = samplesOf(settings);
   // The time of a frame limits how many images there are
   const double texels =
-      mostOf(settings, !again, samples * (reflectors.glossy ? shared::kLobeRays : 1)).texels;
+      mostOf(settings, redrawn, samples * (reflectors.glossy ? shared::kLobeRays : 1)).texels;
   const double drawn = std::clamp(texels / std::max(all.texels, 1.0), 0.0, 1.0);
   const std::uint64_t bytes = std::min(
       static_cast<std::uint64_t>(drawn * static_cast<double>(all.bytes)), options_.memoryBytes);
@@ -155,10 +182,11 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   // Later poses may need more
   plan.trace =
       options_.fallback == Fallback::Traced && (again || reflectors.glossy || !unfitNames.empty() ||
-                                                !most.within(mostOf(settings, true, 0)));
+                                                !most.within(mostOf(settings, false, 0)));
   plan.items = {
       {again ? "pass" : "precomputation", "cube_map",
-       again ? "drawn again in frames in which something moved" : "drawn once: nothing moves"},
+       again ? "drawn again in frames in which something that it shows has moved"
+             : "drawn once: nothing moves"},
       {"precomputation", "choose", "which reflectors reflect much of themselves"},
       {"pass", "impostors",
        "those of reflectors in view, drawn when first needed and when changed"},
@@ -168,6 +196,10 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
       {"resource", "images", images + (bytes < all.bytes ? ", as many as fit" : ", at most"),
        bytes},
       {"resource", "marks", "R32UI by sample", 4 * samples}};
+  if (rests)
+    plan.items.push_back({"resource", "rest pose",
+                          "depth maps of what moves rigidly are drawn there, and kept",
+                          frame::geometryBytes(scene)});
   if (plan.trace) {
     plan.masks |= raster::kMaskRetraced;
     plan.items.insert(
@@ -213,7 +245,7 @@ void ImpostorMethod::share(const FrameInput& input, Services& services) {
   }
   shown_ = choice_.listOf;
   needed_ = neededOf(visible_);
-  const bool lasts = !services.scene.animated();
+  const bool redrawn = environmentMoves(services.scene, services.geometry, choice_);
   Cost all;
   for (const int index : needed_) all.add(costs_[static_cast<std::size_t>(index)]);
   if (onProcessor_) {
@@ -228,12 +260,12 @@ void ImpostorMethod::share(const FrameInput& input, Services& services) {
   }
   const bool slow = reflectors_.glossy && options_.fallback == Fallback::Traced &&
                     gl::Context::current().info().software;
-  if (!slow && all.within(mostOf(settings_, lasts, 0))) return;
+  if (!slow && all.within(mostOf(settings_, redrawn, 0))) return;
   if (options_.fallback == Fallback::None) throw beyondMemory(all.bytes, needed_.size());
-  shareByDemand(input, services, lasts);
+  shareByDemand(input, services, redrawn);
 }
 
-void ImpostorMethod::shareByDemand(const FrameInput& input, Services& services, bool lasts) {
+void ImpostorMethod::shareByDemand(const FrameInput& input, Services& services, bool redrawn) {
   std::vector<Demand::Rays> raysOf(reflects_.size(), Demand::Rays::None);
   for (const int r : inView_) {
     const auto o = static_cast<std::size_t>(r);
@@ -274,7 +306,7 @@ void ImpostorMethod::shareByDemand(const FrameInput& input, Services& services, 
             samples);
       rays += ofLobes;
     }
-    const std::vector<bool> granted = grant(wishes, costs_, mostOf(settings_, lasts, rays));
+    const std::vector<bool> granted = grant(wishes, costs_, mostOf(settings_, redrawn, rays));
     visible_.clear();
     for (std::size_t w = 0; w < wishes.size(); ++w) {
       const int r = wishes[w].reflector;
