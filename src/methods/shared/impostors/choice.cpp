@@ -498,11 +498,30 @@ bool lightsMove(const scene::Scene& scene) {
          });
 }
 
+std::vector<int> outsideEnvironment(const Options& options, const frame::Geometry& geometry,
+                                    const std::vector<Shape>& shapes,
+                                    const std::vector<bool>& reflects, const Choice& choice) {
+  std::vector<int> outside;
+  const bool shares = options.transitionHeight > 0.0f && options.shareEnvironment;
+  const Vec3 centre = geometry.bounds.centre();
+  for (std::size_t o = 0; o < choice.chosen.size(); ++o) {
+    // A reflector about the map's centre would hide all from it
+    const Box3& box = geometry.objects[o].bounds;
+    const bool hides = reflects[o] && !shapes[o].flat() &&
+                       glm::all(glm::lessThanEqual(box.min, centre)) &&
+                       glm::all(glm::greaterThanEqual(box.max, centre));
+    if (hides || (choice.chosen[o] && !(shares && shapes[o].flat())))
+      outside.push_back(static_cast<int>(o) + 1);
+  }
+  return outside;
+}
+
 bool environmentMoves(const scene::Scene& scene, const frame::Geometry& geometry,
-                      const Choice& choice) {
+                      const std::vector<int>& outside) {
   bool moves = lightsMove(scene);
-  for (std::size_t o = 0; o < choice.chosen.size(); ++o)
-    moves = moves || (geometry.objects[o].moving && !choice.chosen[o]);
+  for (std::size_t o = 0; o < geometry.objects.size(); ++o)
+    moves = moves || (geometry.objects[o].moving &&
+                      !std::ranges::binary_search(outside, static_cast<int>(o) + 1));
   return moves;
 }
 

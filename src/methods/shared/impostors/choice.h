@@ -55,9 +55,13 @@ struct Choice {
 
 /// Whether a light may move.
 bool lightsMove(const scene::Scene& scene);
-/// Whether the environment map shows something that moves.
+/// Ids of the objects that the environment map does not show.
+std::vector<int> outsideEnvironment(const Options& options, const frame::Geometry& geometry,
+                                    const std::vector<Shape>& shapes,
+                                    const std::vector<bool>& reflects, const Choice& choice);
+/// Whether the environment map changes over time. `outside`: outsideEnvironment().
 bool environmentMoves(const scene::Scene& scene, const frame::Geometry& geometry,
-                      const Choice& choice);
+                      const std::vector<int>& outside);
 
 /// The result depends on the pose only. `reflects`: by object, whether it is a reflector that the
 /// method shades. `mirrors`: by object, whether it is any reflector; its impostors then store

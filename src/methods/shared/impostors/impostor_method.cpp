@@ -238,18 +238,8 @@ void ImpostorMethod::uploadTable() {
 }
 
 void ImpostorMethod::drawEnvironment(Services& services) {
-  std::vector<int> outside;
-  const bool shares = options_.transitionHeight > 0.0f && options_.shareEnvironment;
-  const Vec3 centre = services.geometry.bounds.centre();
-  for (std::size_t o = 0; o < choice_.chosen.size(); ++o) {
-    // A reflector about the map's centre would hide all from it
-    const Box3& box = services.geometry.objects[o].bounds;
-    const bool hides = reflects_[o] && !shapes_[o].flat() &&
-                       glm::all(glm::lessThanEqual(box.min, centre)) &&
-                       glm::all(glm::greaterThanEqual(box.max, centre));
-    if (hides || (choice_.chosen[o] && !(shares && shapes_[o].flat())))
-      outside.push_back(static_cast<int>(o) + 1);
-  }
+  std::vector<int> outside =
+      outsideEnvironment(options_, services.geometry, shapes_, reflects_, choice_);
   const bool shows = std::ranges::any_of(
       movedSince_, [&](int o) { return !std::ranges::binary_search(outside, o + 1); });
   movedSince_.clear();
@@ -259,7 +249,7 @@ void ImpostorMethod::drawEnvironment(Services& services) {
   if (!std::exchange(environmentOutdated_, false) && !shows && same) return;
   outside_ = outside;
   environmentBounds_ = bounds;
-  cubeMap_.draw(services, centre, options_.faceSize,
+  cubeMap_.draw(services, bounds.centre(), options_.faceSize,
                 raster::ObjectSet::without(std::move(outside)));
   if (onProcessor_) {
     services.timer.measure("cube_map", [&] {

@@ -135,11 +135,13 @@ ImpostorMethod::Start ImpostorMethod::startOf(const scene::Scene& scene,
   const frame::Geometry geometry =
       frame::makeGeometry(scene, scene::poseAt(scene, firstSecondsOf(settings)));
   const std::vector<bool> reflects = findReflectors(scene, settings.reflectors).reflects();
+  const std::vector<Shape> shapes = shapesOf(geometry);
   Start start;
-  start.choice = choose(options_, kind_, scene, geometry, shapesOf(geometry), reflects,
-                        findReflectors(scene).reflects());
+  start.choice =
+      choose(options_, kind_, scene, geometry, shapes, reflects, findReflectors(scene).reflects());
   start.unfit = unfitReflectors(options_, scene, geometry, start.choice, reflects);
-  start.redrawn = environmentMoves(scene, geometry, start.choice);
+  start.redrawn = environmentMoves(
+      scene, geometry, outsideEnvironment(options_, geometry, shapes, reflects, start.choice));
   start.rests = kind_ == Kind::DepthMap && RestPose::appliesTo(geometry);
   return start;
 }
@@ -245,7 +247,9 @@ void ImpostorMethod::share(const FrameInput& input, Services& services) {
   }
   shown_ = choice_.listOf;
   needed_ = neededOf(visible_);
-  const bool redrawn = environmentMoves(services.scene, services.geometry, choice_);
+  const bool redrawn = environmentMoves(
+      services.scene, services.geometry,
+      outsideEnvironment(options_, services.geometry, shapes_, reflects_, choice_));
   Cost all;
   for (const int index : needed_) all.add(costs_[static_cast<std::size_t>(index)]);
   if (onProcessor_) {
