@@ -143,6 +143,15 @@ std::uint64_t HalfImage::set(int edge, std::span<const std::uint16_t> texels) {
   return clamped;
 }
 
+void HalfImage::copy(int level, std::vector<std::uint16_t>& texels) const {
+  const HalfLevel& from = levels_[static_cast<std::size_t>(level)];
+  const auto size = static_cast<std::size_t>(from.size);
+  texels.resize(kValues * size * size);
+  for (std::size_t y = 0; y < size; ++y)
+    std::copy_n(&values_[from.first + kValues * ((y + 1) * (size + 2) + 1)], kValues * size,
+                &texels[kValues * size * y]);
+}
+
 void HalfCube::read(const gl::Texture& texture, int coarse) {
   fine_ = {texture.levelWidth(0), 0};
   coarse_ = {texture.levelWidth(coarse), raster::kCubeFaces.size() * valuesOf(fine_.size)};

@@ -24,6 +24,8 @@ class HalfImage {
   std::uint64_t read(const gl::Texture& texture);
   /// The same of level 0 given as texels.
   std::uint64_t set(int edge, std::span<const std::uint16_t> texels);
+  /// Copies the texels of a level, without its border.
+  void copy(int level, std::vector<std::uint16_t>& texels) const;
   const std::vector<HalfLevel>& levels() const { return levels_; }
   const std::uint16_t* values() const { return values_.data(); }
 

@@ -250,25 +250,22 @@ void Images::keepUnlit(int layer, const Camera& camera) {
 void Images::lightImages(Services& services, const std::vector<Impostor>& impostors,
                          const std::vector<int>& indices) {
   std::vector<std::uint64_t> clamped(indices.size());
-  // One after the other where the device wants them, too
+  parallelFor(indices.size(), 1, [&](std::size_t begin, std::size_t end) {
+    static thread_local std::vector<std::uint16_t> texels;
+    for (std::size_t k = begin; k < end; ++k) {
+      const auto layer = static_cast<std::size_t>(layerOf(indices[k]));
+      unlit_[layer].light(impostors[static_cast<std::size_t>(indices[k])].camera, services.lighting,
+                          texels);
+      clamped[k] = colorsInMemory_[layer].set(size_, texels);
+    }
+  });
   std::vector<std::uint16_t> texels;
-  const auto light = [&](std::size_t k, std::vector<std::uint16_t>& into) {
-    const auto layer = static_cast<std::size_t>(layerOf(indices[k]));
-    unlit_[layer].light(impostors[static_cast<std::size_t>(indices[k])].camera, services.lighting,
-                        into);
-    clamped[k] = colorsInMemory_[layer].set(size_, into);
-  };
-  if (!kept_.onDevice) {
-    parallelFor(indices.size(), 1, [&](std::size_t begin, std::size_t end) {
-      static thread_local std::vector<std::uint16_t> own;
-      for (std::size_t k = begin; k < end; ++k) light(k, own);
-    });
-  }
   for (std::size_t k = 0; k < indices.size(); ++k) {
-    if (kept_.onDevice) {
-      light(k, texels);
-      color_.uploadPart(0, 0, size_, size_, GL_RGBA, GL_HALF_FLOAT, texels.data());
-      toDevice(color_, colors_, layerOf(indices[k]));
+    const int layer = layerOf(indices[k]);
+    const HalfImage& image = colorsInMemory_[static_cast<std::size_t>(layer)];
+    for (int level = 0; kept_.onDevice && level < colors_.levels(); ++level) {
+      image.copy(level, texels);
+      colors_.upload(level, layer, GL_RGBA, GL_HALF_FLOAT, texels.data());
     }
     finish(impostors[static_cast<std::size_t>(indices[k])], indices[k], clamped[k]);
   }
