@@ -53,11 +53,7 @@ const Schema& suiteSchema() {
 }  // namespace
 
 std::string suiteJsonSchema() {
-  return config::withSetting(config::parseText(config::jsonSchema(suiteSchema()), "schema"),
-                             "properties.scenes.additionalProperties",
-                             config::jsonSchema(sceneSchema()))
-             .dump(2) +
-         "\n";
+  return study::jsonSchemaOfSuite(suiteSchema(), "scenes", sceneSchema());
 }
 
 NightSuite readNightSuite(const std::filesystem::path& file) {

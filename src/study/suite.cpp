@@ -101,11 +101,7 @@ const Schema& suiteSchema() {
 }  // namespace
 
 std::string suiteJsonSchema() {
-  return config::withSetting(config::parseText(config::jsonSchema(suiteSchema()), "schema"),
-                             "properties.runs.additionalProperties",
-                             config::jsonSchema(runSchema()))
-             .dump(2) +
-         "\n";
+  return jsonSchemaOfSuite(suiteSchema(), "runs", runSchema());
 }
 
 std::string threeDigits(double value) {

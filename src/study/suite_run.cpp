@@ -53,4 +53,13 @@ StatedRun readRunOfSuite(const std::string& name, const Value& value,
   return run;
 }
 
+std::string jsonSchemaOfSuite(const config::Schema& suite, const std::string& runs,
+                              const config::Schema& run) {
+  return config::withSetting(config::parseText(config::jsonSchema(suite), "schema"),
+                             "properties." + runs + ".additionalProperties",
+                             config::jsonSchema(run))
+             .dump(2) +
+         "\n";
+}
+
 }  // namespace catoptric::study

@@ -23,6 +23,9 @@ struct StatedRun {
 
 /// The schema of a run: the fields of StatedRun, and `more`.
 config::Schema runSchemaOfSuite(std::vector<config::Field> more);
+/// Text of a JSON Schema of suites: of `suite`, whose member `runs` has values of the schema `run`.
+std::string jsonSchemaOfSuite(const config::Schema& suite, const std::string& runs,
+                              const config::Schema& run);
 
 /// `value` has been checked against the schema. Its file names are relative to `folder`.
 StatedRun readRunOfSuite(const std::string& name, const config::Value& value,
