@@ -12,8 +12,6 @@ namespace {
 
 using namespace furnace;
 
-// ---- Highlights ----
-
 scene::Light lampAt(const Vec3& position, float intensity) {
   scene::Light light;
   light.position = position;

@@ -20,7 +20,6 @@ namespace catoptric::app {
 namespace {
 
 using testing::HasSubstr;
-using testing::Not;
 
 TEST_F(App, UsageErrorsAreExit2AndHelp) {
   const Result command = run("rendr run.json");

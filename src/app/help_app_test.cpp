@@ -32,6 +32,7 @@ TEST_F(App, HelpVersionAndListAreQuick) {
   EXPECT_THAT(options, Not(HasSubstr("image.width")));
   EXPECT_THAT(run("list options").out, HasSubstr("image.width "));
   EXPECT_THAT(run("list layers glossy_lod").out, testing::StartsWith("chart "));
+  EXPECT_THAT(run("list --schema siute").err, HasSubstr("did you mean \"suite\"?"));
   EXPECT_THAT(run("list second").err, HasSubstr("allowed: methods, options, "));
   // Every step of the listed methods is explained, in the program and in the docs.
   const std::string steps = run("list steps").out;

@@ -145,6 +145,11 @@ std::vector<std::string> schemaNames() {
 }
 
 std::string schemaText(const std::string& name, bool markdown) {
+  const std::vector<std::string> names = markdown ? run::schemaNames() : schemaNames();
+  if (std::ranges::find(names, name) == names.end())
+    throw UsageError("--schema" + std::string(markdown ? " with --markdown" : "") + ": \"" + name +
+                     "\" is not known" + didYouMean(name, names) +
+                     "; allowed: " + joined(names, ", "));
   if (markdown) return run::schemaMarkdown(name, methods::registry());
   if (name == "suite") return study::suiteJsonSchema();
   if (name == "nightly") return nightly::suiteJsonSchema();
@@ -163,6 +168,12 @@ std::string pageOf(const std::vector<std::string>& chosen, const Pages& pages) {
   return methodsPage(methods::registry());
 }
 
+std::vector<std::string> kindNames() {
+  std::vector<std::string> names;
+  for (const Kind& kind : kKinds) names.emplace_back(kind.name);
+  return names;
+}
+
 /// The words of a command line: kinds, and the methods whose items are asked for.
 struct Request {
   std::vector<std::string> kinds;
@@ -171,8 +182,7 @@ struct Request {
 };
 
 Request requestOf(const std::vector<std::string>& words, bool everything) {
-  std::vector<std::string> known;
-  for (const Kind& kind : kKinds) known.emplace_back(kind.name);
+  const std::vector<std::string> known = kindNames();
   Request request;
   for (const std::string& word : words) {
     const methods::MethodEntry* const method = methods::findMethod(methods::registry(), word);
@@ -242,11 +252,9 @@ Command listCommand(CommonOptions& common) {
     Pages pages;
   };
   const auto options = std::make_shared<ListOptions>();
-  std::vector<std::string> kinds;
-  for (const Kind& kind : kKinds) kinds.emplace_back(kind.name);
   const Rows own = {
       option("what", options->what, "WHAT",
-             "What to list: any of " + joined(kinds, ", ") +
+             "What to list: any of " + joined(kindNames(), ", ") +
                  "; of all methods, or of those that are named, too [only these words]"),
       option("--schema", options->pages.schema, "NAME",
              "Print instead the JSON Schema of one of " + joined(schemaNames(), ", ")),

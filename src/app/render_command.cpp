@@ -272,7 +272,8 @@ Command renderCommand(CommonOptions& common) {
              "Divide the frames into N successive parts, and render only the Ith; `catoptric "
              "merge` joins the parts"),
       flag("--keep-going", options->keepGoing,
-           "If a frame fails, render the others; the exit code is then 6"),
+           "If a frame fails, render the others; the exit code is then 6, or 8 where memory was "
+           "too small"),
       option(
           "--video", options->video, "FILE",
           "Film of the previews, 30 frames per second; of several methods one each. Needs ffmpeg, "

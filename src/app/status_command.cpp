@@ -97,13 +97,14 @@ ExitCode status(const StatusOptions& options, const CommonOptions& common) {
   }
   printData(common.json ? progressJson(progress) : progressText(submission, progress));
   const auto any = [&](ChunkState state) { return !progress.chunksThatAre(state).empty(); };
+  const bool idle = any(ChunkState::NotStarted) && !any(ChunkState::Running);
   const bool lost = any(ChunkState::Failed) || any(ChunkState::Held);
   if (lost)
     log::warning("frames are missing that no task will render; run: catoptric retry " +
                  options.folder);
-  else if (any(ChunkState::NotStarted) && !any(ChunkState::Running))
+  else if (idle)
     log::info("to start: " + (submission.folder / cluster::kRunScript).string() + " [PARALLEL]");
-  return lost || any(ChunkState::NotStarted) ? ExitCode::FramesFailed : ExitCode::Done;
+  return lost || idle ? ExitCode::FramesFailed : ExitCode::Done;
 }
 
 ExitCode retry(const StatusOptions& options, const CommonOptions& common) {

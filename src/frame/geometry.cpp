@@ -104,12 +104,6 @@ Posed posedAt(const scene::Scene& scene, const scene::Object& object, const scen
   return posed;
 }
 
-void placeObject(ObjectRange& range, const Mat4& worldFromObject) {
-  range.worldFromObject = worldFromObject;
-  const glm::dmat3 linear{glm::dmat4(worldFromObject)};
-  range.scale = static_cast<float>(std::cbrt(std::abs(glm::determinant(linear))));
-}
-
 /// Writes what depends on the pose; returns whether a byte has changed.
 bool fillVertices(Geometry& geometry, ObjectRange& range, const scene::WorldVertices& world) {
   const std::size_t count = range.vertexCount;
@@ -264,7 +258,7 @@ Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose) {
         std::swap(triangle[1], triangle[2]);
     }
     fillVertices(geometry, range, posed.world);
-    placeObject(range, scene::worldFromObject(scene, object, pose));
+    range.worldFromObject = scene::worldFromObject(scene, object, pose);
     placeSurface(geometry, range, std::move(posed.placed));
     if (usesTextures(scene, object)) range.uvPerMetre = measureUvPerMetre(geometry, range);
   }
@@ -289,7 +283,7 @@ std::vector<int> updateGeometry(Geometry& geometry, const scene::Scene& scene,
     ObjectRange& range = geometry.objects[o];
     if (!range.moving) continue;
     Posed& object = *next++;
-    placeObject(range, scene::worldFromObject(scene, scene.objects[o], pose));
+    range.worldFromObject = scene::worldFromObject(scene, scene.objects[o], pose);
     if (!fillVertices(geometry, range, object.world)) continue;
     placeSurface(geometry, range, std::move(object.placed));
     if (usesTextures(scene, scene.objects[o]))

@@ -37,8 +37,6 @@ struct ObjectRange {
   bool deforms = false;
   Mat4 worldFromObject{
       1.0f};  ///< transform of the mesh's vertices at this moment; identity for skinned objects
-  float scale =
-      1.0f;  ///< metres per unit of the mesh: the cube root of the volume scale of worldFromObject
   Box3 bounds;
   /// Square root of (texture area in uv units / world area), averaged over the object, for uv set
   /// 0. Multiplied by a texture's size it gives texels per metre, which determines the mip level.

@@ -154,7 +154,6 @@ TEST(Geometry, UpdateEqualsMakingItAnew) {
     EXPECT_EQ(g.objects[o].bounds.min, fresh.objects[o].bounds.min) << o;
     EXPECT_EQ(g.objects[o].bounds.max, fresh.objects[o].bounds.max) << o;
     EXPECT_EQ(g.objects[o].worldFromObject, fresh.objects[o].worldFromObject) << o;
-    EXPECT_EQ(g.objects[o].scale, fresh.objects[o].scale) << o;
     EXPECT_EQ(g.objects[o].uvPerMetre, fresh.objects[o].uvPerMetre) << o;
   }
   ASSERT_EQ(g.surfaces.size(), 1u);

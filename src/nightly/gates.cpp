@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "config/fields.h"
+#include "core/error.h"
 #include "study/frame_errors.h"
 
 namespace catoptric::nightly {
@@ -18,7 +19,9 @@ std::string meaningOf(const std::string& measure) {
   if (measure == "hdr_flip_q3") return "third quartile of HDR-FLIP, weighted";
   if (measure == "worst_tile") return "largest L1_8bit of 16 x 16 pixels";
   if (measure == "worst_reflector") return "largest L1_8bit of a reflector";
-  return std::ranges::find(study::metrics(), measure, &study::MetricInfo::name)->meaning;
+  const auto known = std::ranges::find(study::metrics(), measure, &study::MetricInfo::name);
+  if (known == study::metrics().end()) throw Error(ExitCode::Internal, "no meaning of " + measure);
+  return known->meaning;
 }
 
 }  // namespace

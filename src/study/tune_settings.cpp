@@ -179,6 +179,8 @@ std::string tunedConfig(const Setting& setting, const std::filesystem::path& fol
   text.raw("comment", evidence).add("scene", relative(all.get("scene").asString()));
   if (!all.get("path").asString().empty()) text.add("path", relative(all.get("path").asString()));
   if (all.has("camera")) text.add("camera", all.get("camera").asString());
+  if (all.has("missing_textures"))
+    text.add("missing_textures", all.get("missing_textures").asString());
   if (!all.get("environment").asString().empty())
     text.add("environment", all.get("environment").asString());
   return text.add("frames", all.get("frames").asString())

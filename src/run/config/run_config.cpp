@@ -436,6 +436,7 @@ std::string effectiveText(const RunConfig& run, const Value& root) {
   }
   config::JsonText text;
   if (!run.camera.empty()) text.add("camera", run.camera);
+  if (run.showMissingTextures) text.add("missing_textures", "show");
   return text.add("scene", run.scene.generic_string())
       .add("path", run.path.generic_string())
       .add("environment", root.has("environment") ? root.get("environment").asString() : "")

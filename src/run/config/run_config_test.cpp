@@ -58,6 +58,8 @@ TEST(RunConfig, DefaultsAreComplete) {
   EXPECT_EQ(run.methods[0].id, "traced");
   EXPECT_EQ(run.methods[0].effective, "{\"bvh\":\"static\"}");
   EXPECT_THAT(run.effective, testing::HasSubstr("\"width\":512"));
+  EXPECT_THAT(read("{\"scene\": \"a\", \"missing_textures\": \"show\"}").effective,
+              testing::HasSubstr("\"missing_textures\":\"show\""));
 }
 
 TEST(RunConfig, MethodsHaveNamesAndOptions) {

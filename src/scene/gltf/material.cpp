@@ -289,9 +289,10 @@ class MaterialReader {
         file = readFile(path, reader_.limits.maxFileBytes);
       } catch (const Error& e) {
         if (reader_.limits.showMissingTextures) return std::nullopt;
-        reader_.fail(place + "/uri",
-                     std::string(e.what()) +
-                         " (--set missing_textures=show renders a checkerboard instead)");
+        reader_.fail(
+            place + "/uri",
+            std::string(e.what()) +
+                " (to render it with a checkerboard instead: --set missing_textures=show)");
       }
       bytes = file;
       name += " (" + path.string() + ")";
