@@ -127,7 +127,7 @@ class Refinement {
   bool exactMiddles_;
   bool jumps_;
   bool own_;
-  bool hasBlind_ = false;  ///< whether isBlind() holds for any edge of the mesh
+  bool hasBlind_ = false;  ///< see findBlindEdges()
   TriangleOptions options_;
   VertexTable& table_;
   VirtualOutput& output_;

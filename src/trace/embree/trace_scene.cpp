@@ -363,6 +363,7 @@ TraceScene::TraceScene(const scene::Scene& scene, const frame::Geometry& geometr
   state_->build();
   refracts_ = std::ranges::any_of(
       scene.materials, [](const scene::Material& material) { return material.refraction > 0.0f; });
+  if (!options.extents) return;
   for (std::size_t i = 0; i < geometry.objects.size(); ++i)
     extents_.push_back(reflectorExtent(scene, geometry, static_cast<int>(i)));
 }
@@ -386,7 +387,7 @@ void TraceScene::update(std::span<const int> changedObjects) {
   } else {
     for (int object : changedObjects) touch(static_cast<std::size_t>(object));
   }
-  for (const int object : changedObjects)
+  for (const int object : extents_.empty() ? std::span<const int>() : changedObjects)
     extents_[static_cast<std::size_t>(object)] = reflectorExtent(s.sceneData, s.geometry, object);
   s.commit();
 }

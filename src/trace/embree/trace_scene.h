@@ -53,6 +53,7 @@ struct TraceOptions {
   bool robust = false;
   /// Only these objects (indices into geometry.objects) can be hit; empty: all.
   std::vector<int> objects;
+  bool extents = true;  ///< whether extents() are needed
   /// Embree's instruction set, by the name of its setting `isa`. Empty: the environment variable
   /// CATOPTRIC_EMBREE_ISA decides, otherwise the best of the machine. The machine must support it.
   std::string isa = {};

@@ -41,10 +41,12 @@ void Images::prepare(int textureSize, const Kept& kept, const RestPose* rest) {
   const bool unlit = rest_ != nullptr && kept_.inMemory;
   if (!kept_.normals && !unlit) return;
   normal_ = gl::Texture::make2D("impostor's normals", GL_RGBA16F, size_, size_, 0);
-  specular_ = gl::Texture::make2D("impostor's specular level", GL_RGBA16F, size_, size_, 0);
-  reflectiveTarget_ = gl::Framebuffer(
-      "reflective impostor", {{.texture = color_}, {.texture = normal_}, {.texture = specular_}},
-      {.texture = depth_});
+  if (kept_.normals) {
+    specular_ = gl::Texture::make2D("impostor's specular level", GL_RGBA16F, size_, size_, 0);
+    reflectiveTarget_ = gl::Framebuffer(
+        "reflective impostor", {{.texture = color_}, {.texture = normal_}, {.texture = specular_}},
+        {.texture = depth_});
+  }
   if (!unlit) return;
   factors_ = gl::Texture::make2D("impostor's factors of light", GL_RGBA16F, size_, size_, 1);
   unlitTarget_ = gl::Framebuffer("unlit impostor",
@@ -83,6 +85,7 @@ void Images::limit(std::size_t most) {
   slots_.clear();
   colorsInMemory_.clear();
   normalsInMemory_.clear();
+  unlit_.clear();
   colors_ = {};
   normals_ = {};
   depths_ = {};

@@ -39,11 +39,13 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
               .bounces = options_.bounces,
               .fresnelSchlick = settings.fresnelSchlick,
               .fadeMetres = options_.attenuation};
+  const bool software = gl::Context::current().info().software;
   const bool processor =
-      options_.intersectOn == Unit::Processor ||
-      (options_.intersectOn == Unit::Auto && gl::Context::current().info().software);
+      options_.intersectOn == Unit::Processor || (options_.intersectOn == Unit::Auto && software);
   onProcessor_ = processor && reflectors_.mirrors();
-  kept_ = keptIn(onProcessor_, reflectors_.glossy || !onProcessor_);
+  // On a CPU shareByDemand() leaves glossy reflectors to Embree
+  const bool lobes = reflectors_.glossy && !(software && options_.fallback == Fallback::Traced);
+  kept_ = keptIn(onProcessor_, lobes || !onProcessor_);
   if (kind_ == Kind::DepthMap && RestPose::appliesTo(services.geometry))
     rest_.emplace(services.scene, firstSecondsOf(settings), services.geometry);
   images_.prepare(options_.textureSize, kept_, rest_ ? &*rest_ : nullptr);
@@ -64,7 +66,7 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
     return gl::Program::fullScreen(label, fragment(), std::move(with));
   };
   if (reflectors_.mirrors() && !onProcessor_) mirror_ = program("impostors", "0");
-  if (reflectors_.glossy) glossy_ = program("impostors, glossy", "1");
+  if (lobes) glossy_ = program("impostors, glossy", "1");
   prepareMaps();
   const raster::GBuffer& gbuffer = *services.gbuffer;
   known_ = gl::Texture::make2D("marks of samples", GL_R32UI, gbuffer.sampleWidth(),

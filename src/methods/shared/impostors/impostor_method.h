@@ -99,7 +99,7 @@ class ImpostorMethod : public Method, public KeepsFrames {
   void shareByDemand(const FrameInput& input, Services& services, bool redrawn);
   std::vector<int> neededOf(std::span<const int> reflectors) const;
   /// Marks the impostors that rays of this list may meet.
-  void addNeeded(const ImpostorList& list, std::vector<bool>& needed) const;
+  void addNeeded(const ImpostorList& list, const Choice& choice, std::vector<bool>& needed) const;
   void drawImages(Services& services, FrameOutput& output);
   void traceOthers(const FrameInput& input, Services& services, FrameOutput& output);
   int wayOf(const Impostor& impostor) const;

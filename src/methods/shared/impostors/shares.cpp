@@ -159,11 +159,24 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   const auto [choice, unfit, redrawn, rests] = startOf(scene, settings);
   const std::string unfitNames = listed(unfit, scene);
   const bool inMemory = options_.intersectOn != Unit::Device && reflectors.mirrors();
+  // Embree traces the others: those that are unfit, and on a CPU glossy ones
+  const bool traces = options_.fallback == Fallback::Traced;
+  const bool lobes = reflectors.glossy && !(traces && options_.intersectOn != Unit::Device);
+  const std::vector<bool> reflects = reflectors.reflects();
+  std::vector<bool> needed(choice.impostors.size(), false);
+  for (std::size_t o = 0; o < choice.listOf.size(); ++o) {
+    const bool glossy = reflectors.classOf[o + 1] == raster::SampleClass::Glossy;
+    if (reflects[o] && !(traces && unfit[o] != Unfit::No) && (lobes || !glossy))
+      addNeeded(choice.listOf[o], choice, needed);
+  }
+  std::vector<Impostor> impostors;
+  for (std::size_t i = 0; i < needed.size(); ++i)
+    if (needed[i]) impostors.push_back(choice.impostors[i]);
   Cost all;
-  for (const Cost& cost : costsOf(choice.impostors, lightsMove(scene),
-                                  keptIn(inMemory, reflectors.glossy || !inMemory)))
+  for (const Cost& cost :
+       costsOf(impostors, lightsMove(scene), keptIn(inMemory, lobes || !inMemory)))
     all.add(cost);
-  all.bytes += unlitBytes(choice.impostors, keptIn(inMemory, true));
+  all.bytes += unlitBytes(impostors, keptIn(inMemory, true));
   const std::uint64_t samples = samplesOf(settings);
   // The time of a frame limits how many images there are
   const double texels =
@@ -171,7 +184,7 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   const double drawn = std::clamp(texels / std::max(all.texels, 1.0), 0.0, 1.0);
   const std::uint64_t bytes = std::min(
       static_cast<std::uint64_t>(drawn * static_cast<double>(all.bytes)), options_.memoryBytes);
-  const std::string images = std::to_string(choice.impostors.size()) + " of " +
+  const std::string images = std::to_string(impostors.size()) + " of " +
                              std::to_string(std::ranges::count(choice.chosen, true)) +
                              " objects for " + std::to_string(reflectors.count()) +
                              " reflective objects";
@@ -214,13 +227,14 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   return plan;
 }
 
-void ImpostorMethod::addNeeded(const ImpostorList& list, std::vector<bool>& needed) const {
+void ImpostorMethod::addNeeded(const ImpostorList& list, const Choice& choice,
+                               std::vector<bool>& needed) const {
   for (const int i : list.members) {
     needed[static_cast<std::size_t>(i)] = true;
     if (options_.bounces < 2) continue;
-    const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(i)];
+    const Impostor& impostor = choice.impostors[static_cast<std::size_t>(i)];
     if (!impostor.reflective) continue;
-    const ImpostorList& second = choice_.listOf[static_cast<std::size_t>(impostor.object)];
+    const ImpostorList& second = choice.listOf[static_cast<std::size_t>(impostor.object)];
     const auto count =
         options_.secondDiffuse ? second.members.size() : static_cast<std::size_t>(second.diffuse);
     for (std::size_t m = 0; m < count; ++m)
@@ -230,7 +244,7 @@ void ImpostorMethod::addNeeded(const ImpostorList& list, std::vector<bool>& need
 
 std::vector<int> ImpostorMethod::neededOf(std::span<const int> reflectors) const {
   std::vector<bool> seen(choice_.impostors.size(), false);
-  for (const int r : reflectors) addNeeded(shown_[static_cast<std::size_t>(r)], seen);
+  for (const int r : reflectors) addNeeded(shown_[static_cast<std::size_t>(r)], choice_, seen);
   std::vector<int> needed;
   for (std::size_t i = 0; i < seen.size(); ++i)
     if (seen[i]) needed.push_back(static_cast<int>(i));

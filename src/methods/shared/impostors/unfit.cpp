@@ -58,7 +58,7 @@ float selfReflection(const scene::Scene& scene, const frame::Geometry& geometry,
   for (std::size_t i = 0; i < points.size(); ++i)
     addPairs(points[i], static_cast<float>(i), rounding, rays);
   const trace::TraceScene itself(scene, geometry, trace::BvhPolicy::RebuildLow,
-                                 {.objects = {object}});
+                                 {.objects = {object}, .extents = false});
   std::vector<std::uint8_t> free(rays.size());
   itself.visibleSerial(rays, free);
   // A ray that leaves the object is a line of sight; its pair is the mirrored ray
