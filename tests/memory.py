@@ -33,8 +33,6 @@ GROWTH = 24
 LEAST_SHARE, LARGEST_SHARE = 0.5, 1.2
 # These keep images until their memory is needed: their peaks are those of frames from the whole path
 KEEPS = ["billboards", "depth_impostors"]
-# Frames choose fewer images than fit
-LEAST_SHARE_OF_KEEPS = {"balls_900": 0.4}
 # Of the short test
 SAMPLE = [("cornell_box", None), ("textures", ["traced"]), ("balls_900", ["reprojection", "reference"])]
 # Otherwise a refusal, and minutes of rays that change no memory
@@ -137,8 +135,7 @@ def peaks(program, folder, scene, methods):
         planned = json.loads(done.stdout)["methods"][0]["memory_bytes"]
         most = peak(program, config, folder / scene / name)
         share = most / planned if isinstance(most, int) else math.nan
-        least = LEAST_SHARE_OF_KEEPS.get(scene, LEAST_SHARE) if name in KEEPS else LEAST_SHARE
-        fault = not least <= share <= LARGEST_SHARE
+        fault = not LEAST_SHARE <= share <= LARGEST_SHARE
         faults += fault
         print(f"{scene:14} {name:16} planned {planned / 1e6:7.1f} MB, peak " +
               (f"{most / 1e6:7.1f} MB, {share:4.2f}" if isinstance(most, int) else most) + (" FAULT" if fault else ""),

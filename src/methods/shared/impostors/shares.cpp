@@ -178,10 +178,16 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
     all.add(cost);
   all.bytes += unlitBytes(impostors, keptIn(inMemory, true));
   const std::uint64_t samples = samplesOf(settings);
-  // The time of a frame limits how many images there are
+  std::uint64_t tests = 0;  // by a ray
+  for (std::size_t o = 0; o < choice.listOf.size(); ++o)
+    if (reflectors.classOf[o + 1] != raster::SampleClass::Glossy)
+      tests = std::max(tests, mapsOf(choice.listOf[o], choice.impostors));
+  const double ofTests = inMemory ? ofMirrors(tests * samples, samples) : 0.0;
+  // The time of a frame limits how many images there are; where nothing moves, frames add theirs
+  const double ofFrame = all.texels + (again ? ofTests : 0.0);
   const double texels =
       mostOf(settings, redrawn, samples * (reflectors.glossy ? shared::kLobeRays : 1)).texels;
-  const double drawn = std::clamp(texels / std::max(all.texels, 1.0), 0.0, 1.0);
+  const double drawn = std::clamp(texels / std::max(ofFrame, 1.0), 0.0, 1.0);
   const std::uint64_t bytes = std::min(
       static_cast<std::uint64_t>(drawn * static_cast<double>(all.bytes)), options_.memoryBytes);
   const std::string images = std::to_string(impostors.size()) + " of " +
@@ -189,11 +195,7 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
                              " objects for " + std::to_string(reflectors.count()) +
                              " reflective objects";
   Cost most = all;
-  std::uint64_t tests = 0;  // by a ray
-  for (std::size_t o = 0; o < choice.listOf.size(); ++o)
-    if (reflectors.classOf[o + 1] != raster::SampleClass::Glossy)
-      tests = std::max(tests, mapsOf(choice.listOf[o], choice.impostors));
-  if (inMemory) most.texels += ofMirrors(tests * samples, samples);
+  most.texels += ofTests;
   // Later poses may need more
   plan.trace =
       options_.fallback == Fallback::Traced && (again || reflectors.glossy || !unfitNames.empty() ||
