@@ -75,6 +75,16 @@ struct Geometry {
   std::size_t triangleCount() const { return indices.size() / 3; }
 };
 
+/// Asks memory for the vertices of a triangle (three vertex numbers) before they are read.
+inline void prefetchTriangle(const Geometry& geometry, const std::uint32_t* triangle) {
+  for (int i = 0; i < 3; ++i) {
+    __builtin_prefetch(&geometry.positions[triangle[i]]);
+    const VertexAttributes& attributes = geometry.attributes[triangle[i]];
+    __builtin_prefetch(&attributes);
+    __builtin_prefetch(&attributes.bake);
+  }
+}
+
 /// Whether a scale of 0 leaves no more of the object (index in `objects`) than a point or a line,
 /// which no ray hits.
 bool vanished(const Geometry& geometry, int object);

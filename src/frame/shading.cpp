@@ -10,27 +10,14 @@
 #include "core/random.h"
 #include "core/sampling.h"
 #include "core/srgb.h"
+#include "frame/harmonics.h"
+#include "frame/texture_lookup.h"
 #include "image/image.h"
-#include "scene/implicit/gradient.h"
 #include "scene/loader.h"
 #include "scene/reflectance.h"
 
 namespace catoptric::frame {
 namespace {
-
-/// The nine real spherical harmonics of order <= 2, in the order of the agreement.
-template <class T>
-std::array<T, 9> sphericalHarmonics(T x, T y, T z) {
-  return {T(0.282095),
-          T(0.488603) * y,
-          T(0.488603) * z,
-          T(0.488603) * x,
-          T(1.092548) * x * y,
-          T(1.092548) * y * z,
-          T(0.315392) * (T(3) * z * z - T(1)),
-          T(1.092548) * x * z,
-          T(0.546274) * (x * x - y * y)};
-}
 
 /// Sums radiance times the harmonics over directions with solid angles, then convolves with the
 /// clamped cosine: A_0 = pi, A_1 = 2 pi / 3, A_2 = pi / 4 [Ramamoorthi2001].
@@ -62,84 +49,6 @@ constexpr std::array<std::array<double, 2>, 4> kGauss8 = {{
     {0.9602898564975363, 0.1012285362903763},
 }};
 constexpr int kAzimuths = 16;  ///< exact for the harmonics of order <= 2 times a constant
-
-Vec4 texel(const scene::Texture& texture, const scene::MipLevel& level, int x, int y) {
-  const std::uint8_t* p =
-      &level.rgba[(static_cast<std::size_t>(y) * level.width + static_cast<std::size_t>(x)) * 4];
-  const float alpha = static_cast<float>(p[3]) * (1.0f / 255.0f);
-  if (texture.srgb) {
-    const std::array<float, 256>& table = linearOfSrgb8();
-    return {table[p[0]], table[p[1]], table[p[2]], alpha};
-  }
-  return {static_cast<float>(p[0]) * (1.0f / 255.0f), static_cast<float>(p[1]) * (1.0f / 255.0f),
-          static_cast<float>(p[2]) * (1.0f / 255.0f), alpha};
-}
-
-int wrapped(int i, int size, scene::Wrap wrap) {
-  switch (wrap) {
-    case scene::Wrap::Repeat: {
-      const int r = i % size;
-      return r < 0 ? r + size : r;
-    }
-    case scene::Wrap::MirroredRepeat: {
-      int r = i % (2 * size);
-      if (r < 0) r += 2 * size;
-      return r < size ? r : 2 * size - 1 - r;
-    }
-    case scene::Wrap::ClampToEdge:
-      break;
-  }
-  return std::clamp(i, 0, size - 1);
-}
-
-/// uv brought near the base period, so that conversion to integers is defined for any finite uv.
-float reduced(float u, scene::Wrap wrap) {
-  if (!std::isfinite(u)) return 0.0f;
-  if (wrap == scene::Wrap::ClampToEdge) return std::clamp(u, -1.0f, 2.0f);
-  return u - 2.0f * std::floor(0.5f * u);
-}
-
-Vec4 bilinear(const scene::Texture& texture, const scene::MipLevel& level, Vec2 uv) {
-  const float x = reduced(uv.x, texture.wrapS) * static_cast<float>(level.width) - 0.5f;
-  const float y = reduced(uv.y, texture.wrapT) * static_cast<float>(level.height) - 0.5f;
-  const float fx = std::floor(x);
-  const float fy = std::floor(y);
-  const int x0 = wrapped(static_cast<int>(fx), level.width, texture.wrapS);
-  const int x1 = wrapped(static_cast<int>(fx) + 1, level.width, texture.wrapS);
-  const int y0 = wrapped(static_cast<int>(fy), level.height, texture.wrapT);
-  const int y1 = wrapped(static_cast<int>(fy) + 1, level.height, texture.wrapT);
-  const Vec4 top = glm::mix(texel(texture, level, x0, y0), texel(texture, level, x1, y0), x - fx);
-  const Vec4 bottom =
-      glm::mix(texel(texture, level, x0, y1), texel(texture, level, x1, y1), x - fx);
-  return glm::mix(top, bottom, y - fy);
-}
-
-/// The three vertices of a triangle with their weights.
-struct Interpolation {
-  const VertexAttributes* a;
-  const VertexAttributes* b;
-  const VertexAttributes* c;
-  float wa, wb, wc;
-  template <class T>
-  T operator()(T VertexAttributes::*member) const {
-    return wa * (a->*member) + wb * (b->*member) + wc * (c->*member);
-  }
-};
-
-Interpolation interpolation(const Geometry& geometry, const std::uint32_t* triangle, float u,
-                            float v) {
-  return {&geometry.attributes[triangle[0]],
-          &geometry.attributes[triangle[1]],
-          &geometry.attributes[triangle[2]],
-          1.0f - u - v,
-          u,
-          v};
-}
-
-Vec2 slotUv(const scene::TextureSlot& slot, const Interpolation& at) {
-  const Vec2 uv = slot.uvSet == 1 ? at(&VertexAttributes::uv1) : at(&VertexAttributes::uv0);
-  return slot.transform * Vec3(uv, 1.0f);
-}
 
 /// Throws SceneError for a pixel of an environment's image that is no radiance.
 void requireRadiance(const scene::Environment& environment, const Vec3& pixel, int x, int y) {
@@ -247,13 +156,12 @@ Vec3 EnvironmentLight::radiance(const Vec3& direction) const {
   const float py = uv.y * static_cast<float>(height_) - 0.5f;
   const float fx = std::floor(px);
   const float fy = std::floor(py);
-  const int x0 = wrapped(static_cast<int>(fx), width_, scene::Wrap::Repeat);
-  const int x1 = wrapped(static_cast<int>(fx) + 1, width_, scene::Wrap::Repeat);
+  const int column = std::max(static_cast<int>(fx), -1);  // not below for a NaN, either
+  const int x0 = wrapped(column, width_, scene::Wrap::Repeat);
+  const int x1 = wrapped(column + 1, width_, scene::Wrap::Repeat);
   const int y0 = wrapped(static_cast<int>(fy), height_, scene::Wrap::ClampToEdge);
   const int y1 = wrapped(static_cast<int>(fy) + 1, height_, scene::Wrap::ClampToEdge);
-  const auto at = [&](int column, int row) {
-    return pixels_[static_cast<std::size_t>(row) * width_ + column];
-  };
+  const auto at = [&](int x, int y) { return pixels_[static_cast<std::size_t>(y) * width_ + x]; };
   return e.scale * glm::mix(glm::mix(at(x0, y0), at(x1, y0), px - fx),
                             glm::mix(at(x0, y1), at(x1, y1), px - fx), py - fy);
 }
@@ -428,172 +336,11 @@ Vec3 reflectionTint(const scene::Material& material, float metallic, const Vec3&
   return Vec3(shares.plain) + shares.metal * albedo;
 }
 
-namespace {
-
-/// A normal map's texel in the frame of the interpolated normal and tangent.
-Vec3 mappedNormal(const scene::Material& material, const Vec3& smooth, const Vec4& tangent,
-                  const Vec3& texel) {
-  const Vec3 t = normalizedOr(Vec3(tangent), Vec3(1.0f, 0.0f, 0.0f));
-  const Vec3 b = glm::cross(smooth, t) * tangent.w;
-  Vec3 m = 2.0f * texel - Vec3(1.0f);
-  m.x *= material.normalScale;
-  m.y *= material.normalScale;
-  return normalizedOr(m.x * t + m.y * b + m.z * smooth, smooth);
-}
-
-/// A texel of the footprint of level `lod`, from a finer level.
-Vec4 scatteredTexel(const scene::Texture& texture, const Vec2& uv, float lod, const Vec2& scatter) {
-  const bool levelled = !texture.nearest && !texture.levels.empty();
-  const float last = levelled ? static_cast<float>(texture.levels.size() - 1) : 0.0f;
-  const float level = std::clamp(lod, 0.0f, last);
-  if (!(level > 0.0f)) return sampleTexture(texture, uv, 0.0f);
-  const Vec2 size(texture.levels[0].width, texture.levels[0].height);
-  const Vec2 offset = (scatter - 0.5f) * (std::exp2(level) - 1.0f) / size;
-  return sampleTexture(texture, uv + offset, std::max(level - kFinerLevels, 0.0f));
-}
-
-/// s, the lobe and the tint. `texel`: of the metallic-roughness texture.
-void setReflection(const scene::Material& material, const Vec4& texel, const Vec3& albedo,
-                   SurfacePoint& point) {
-  point.specularLevel = material.specularLevel;
-  float roughness = material.roughness;
-  float metallic = material.metallicFactor;
-  if (material.metallicRoughnessTexture.used()) {
-    roughness = material.roughnessFactor * texel.g;
-    metallic *= texel.b;
-    const float s = scene::specularLevel(metallic, material.dielectricF0);
-    const bool phong = material.lobe == scene::LobeModel::Phong;
-    point.specularLevel = phong && s < scene::kReflectiveThreshold ? 0.0f : s;
-  }
-  point.lobe = scene::Lobe::of(material.lobe, roughness);
-  point.tint = reflectionTint(material, metallic, albedo);
-}
-
-/// Of what is baked, the sky and the lights.
-Vec3 surfaceIrradiance(const Lighting& lighting, const Vec4& bake, const Vec3& position,
-                       const Vec3& normal) {
-  Vec3 irradiance = Vec3(bake);
-  if (bake.w > 0.0f) {
-    irradiance += bake.w * (lighting.environment->irradiance(normal) + kPi * lighting.ambient);
-  }
-  for (const WorldLight& light : lighting.lights) {
-    irradiance += lightIrradiance(light, position, normal);
-  }
-  return irradiance;
-}
-
-}  // namespace
-
-SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
-                          const Lighting& lighting, int object, std::uint32_t primitive, float u,
-                          float v, const Vec3& position, const Vec3& direction, float coneWidth,
-                          const std::optional<Vec2>& scatter) {
-  const ObjectRange& range = geometry.objects[object];
-  const std::uint32_t* triangle = &geometry.indices[range.firstIndex + 3 * primitive];
-  const Interpolation at = interpolation(geometry, triangle, u, v);
-  const scene::Material& material = scene.materials[scene.objects[object].material];
-
-  // Geometric and interpolated normal, which side is seen.
-  const Vec3& p0 = geometry.positions[triangle[0]];  // a copy would go by way of the stack
-  const Vec3 across =
-      glm::cross(geometry.positions[triangle[1]] - p0, geometry.positions[triangle[2]] - p0);
-  Vec3 smooth = normalizedOr(at(&VertexAttributes::normal), Vec3(0.0f, 1.0f, 0.0f));
-  Vec3 geometric = normalizedOr(across, smooth);
-  if (range.surface >= 0) {
-    // The gradient, but where there is none.
-    const auto exact = implicit::normalAt(geometry.surfaces[range.surface].surface, position);
-    if (exact) smooth = geometric = Vec3(*exact);
-  }
-  const bool back = glm::dot(geometric, direction) > 0.0f;
-
-  // One mip level rule for all textures of the material.
-  const float facing = std::sqrt(std::max(std::abs(glm::dot(smooth, direction)), 0.05f));
-  const auto lodOf = [&](const scene::TextureSlot& slot) {
-    const float footprint = range.uvPerMetre * textureScale(scene, slot) * coneWidth / facing;
-    return std::log2(std::max(1e-8f, footprint));
-  };
-  const auto sample = [&](const scene::TextureSlot& slot) {
-    return sampleTexture(scene.textures[slot.texture], slotUv(slot, at), lodOf(slot));
-  };
-
-  SurfacePoint point;
-  point.object = object + 1;
-  point.position = position;
-  point.geometricNormal = back ? -geometric : geometric;
-
-  const scene::TextureSlot& bumps = material.normalTexture;
-  const auto mapped = [&](const Vec4& texel) {
-    const Vec3 n = mappedNormal(material, smooth, at(&VertexAttributes::tangent), Vec3(texel));
-    return back ? -n : n;
-  };
-  const Vec3 normal = bumps.used() ? mapped(sample(bumps)) : back ? -smooth : smooth;
-  point.normal = normal;
-
-  Vec3 albedo = material.baseColor;
-  if (material.baseColorTexture.used()) albedo *= Vec3(sample(material.baseColorTexture));
-  albedo *= at(&VertexAttributes::color);
-
-  const scene::TextureSlot& slot = material.metallicRoughnessTexture;
-  setReflection(material, slot.used() ? sample(slot) : Vec4(1.0f), albedo, point);
-  if (scatter && point.specularLevel > 0.0f && bumps.used()) {
-    point.normal = mapped(
-        scatteredTexel(scene.textures[bumps.texture], slotUv(bumps, at), lodOf(bumps), *scatter));
-  }
-  const bool bends = point.specularLevel > 0.0f && bendsNormals(scene, range, object);
-  if (bends) point.bent = aboveSurface(point.geometricNormal, direction, point.normal);
-  point.lobeHorizon = bends && !point.lobe.mirror() ? point.geometricNormal : point.normal;
-  const bool shines = lighting.highlights && material.refraction == 0.0f &&
-                      point.specularLevel > 0.0f && !point.lobe.mirror();
-  if (shines) {
-    point.highlight = lightHighlights(lighting.lights, position, point.normal, point.lobeHorizon,
-                                      direction, point.lobe);
-  }
-
-  // Diffuse radiance.
-  if (material.unlit) {
-    point.diffuse = albedo;
-    return point;
-  }
-  const Vec3 irradiance =
-      surfaceIrradiance(lighting, at(&VertexAttributes::bake), position, normal);
-  Vec3 emissive = material.emissive;
-  if (material.emissiveTexture.used()) emissive *= Vec3(sample(material.emissiveTexture));
-  point.diffuse = albedo * (1.0f / kPi) * irradiance + emissive;
-  return point;
-}
-
-bool isCutOut(const scene::Scene& scene, const Geometry& geometry, int object,
-              std::uint32_t primitive, float u, float v) {
-  const scene::Material& material = scene.materials[scene.objects[object].material];
-  if (material.alphaMode != scene::AlphaMode::Mask) return false;
-  float alpha = material.baseAlpha;
-  if (material.baseColorTexture.used()) {
-    const ObjectRange& range = geometry.objects[object];
-    const Interpolation at =
-        interpolation(geometry, &geometry.indices[range.firstIndex + 3 * primitive], u, v);
-    alpha *= sampleTexture(scene.textures[material.baseColorTexture.texture],
-                           slotUv(material.baseColorTexture, at), 0.0f)
-                 .a;
-  }
-  return alpha < material.alphaCutoff;
-}
-
 Vec4 sampleTexture(const scene::Texture& texture, Vec2 uv, float lod) {
-  if (texture.levels.empty()) return Vec4(1.0f);
-  if (texture.nearest) {
-    const scene::MipLevel& level = texture.levels[0];
-    const float x = std::floor(reduced(uv.x, texture.wrapS) * static_cast<float>(level.width));
-    const float y = std::floor(reduced(uv.y, texture.wrapT) * static_cast<float>(level.height));
-    return texel(texture, level, wrapped(static_cast<int>(x), level.width, texture.wrapS),
-                 wrapped(static_cast<int>(y), level.height, texture.wrapT));
-  }
-  const float last = static_cast<float>(texture.levels.size() - 1);
-  const float clamped = lod > 0.0f ? std::min(lod, last) : 0.0f;
-  const auto below = static_cast<std::size_t>(clamped);
-  const float fraction = clamped - static_cast<float>(below);
-  const Vec4 fine = bilinear(texture, texture.levels[below], uv);
-  if (!(fraction > 0.0f)) return fine;
-  return glm::mix(fine, bilinear(texture, texture.levels[below + 1], uv), fraction);
+  TexturePlace place;
+  placeLookUp(texture, uv, lod, place);
+  const Floats4 values = lookUp(texture, place, linearOfSrgb8().data());
+  return {values[0], values[1], values[2], values[3]};
 }
 
 }  // namespace catoptric::frame

@@ -55,7 +55,6 @@
 
 #include <array>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "core/math.h"
@@ -180,12 +179,11 @@ Vec3 reflectionTint(const scene::Material& material, float metallic, const Vec3&
 /// For an implicit surface, its gradient at `position` determines N and the visible side.
 /// `direction` and `coneWidth` (metres, at the point) of the ray cone determine the mip level, as
 /// in shading.glsl [Akenine2019]. `scatter`: the position (0..1 per axis) in the cone's footprint
-/// on a normal map from which the normal of a reflection is read. Without it `normal` and what
-/// follows from it have the mean normal: for callers that need `diffuse` alone.
+/// on a normal map from which the normal of a reflection is read. For many points: shadeSurfaces().
 SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
                           const Lighting& lighting, int object, std::uint32_t primitive, float u,
                           float v, const Vec3& position, const Vec3& direction, float coneWidth,
-                          const std::optional<Vec2>& scatter = {});
+                          const Vec2& scatter = Vec2(0.5f));
 
 /// Whether the alpha mask removes the surface here. Rays ignore such hits.
 bool isCutOut(const scene::Scene& scene, const Geometry& geometry, int object,

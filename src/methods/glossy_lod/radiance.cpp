@@ -1,28 +1,18 @@
 #include "methods/glossy_lod/radiance.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
 #include "core/parallel.h"
+#include "frame/surfaces.h"
 
 namespace catoptric::methods::glossy_lod {
 namespace {
 
 /// Rows of a chart that a thread shades at a time. Ours.
 constexpr std::uint32_t kRows = 16;
-
-/// Texels that memory is asked for before they are shaded. Ours.
-constexpr std::uint32_t kTexelsAhead = 8;
-
-void prefetchVertices(const frame::Geometry& geometry, const std::uint32_t* triangle) {
-  for (int i = 0; i < 3; ++i) {
-    __builtin_prefetch(&geometry.positions[triangle[i]]);
-    const frame::VertexAttributes& attributes = geometry.attributes[triangle[i]];
-    __builtin_prefetch(&attributes);
-    __builtin_prefetch(&attributes.bake);
-  }
-}
 
 float triangleArea(const Vec4& a, const Vec4& b, const Vec4& c) {
   return 0.5f * glm::length(glm::cross(Vec3(b) - Vec3(a), Vec3(c) - Vec3(a)));
@@ -58,30 +48,40 @@ void Radiance::shadeRows(const PlacedChart& chart, int side, std::uint32_t first
   const auto triangleOf = [indices](const TrianglePlace& place) {
     return indices + std::size_t{3} * place.triangle;
   };
+  static thread_local frame::SurfaceLanes lanes;
   for (std::uint32_t y = first; y < end; ++y) {
     const TrianglePlace* const places = &chart.source->texels[chart.image.firstTexel + y * n];
-    for (std::uint32_t x = 0; x < n; ++x) {
-      const TrianglePlace& place = places[x];
-      if (x + 2 * kTexelsAhead < n) __builtin_prefetch(triangleOf(places[x + 2 * kTexelsAhead]));
-      if (x + kTexelsAhead < n) prefetchVertices(*geometry, triangleOf(places[x + kTexelsAhead]));
-      const std::uint32_t* v = triangleOf(place);
-      const Vec3& p0 = geometry->positions[v[0]];  // a copy would go by way of the stack
-      const Vec3 e1 = geometry->positions[v[1]] - p0;
-      const Vec3 e2 = geometry->positions[v[2]] - p0;
-      const Vec3 position = p0 + place.b1 * e1 + place.b2 * e2;
-      const Vec3 front = normalizedOr(glm::cross(e1, e2), Vec3(0.0f, 1.0f, 0.0f));
-      const float area = texelArea(chart, images->vertices(), x, y);
-      const bool cut =
-          frame::isCutOut(*scene, *geometry, chart.object, place.triangle, place.b1, place.b2);
-      Vec3 radiance =
-          frame::shadeSurface(*scene, *geometry, *lighting, chart.object, place.triangle, place.b1,
-                              place.b2, position, side == 0 ? -front : front, std::sqrt(area))
-              .diffuse;
-      if (!isFinite(radiance)) {
-        radiance = Vec3(0.0f);
-        ++notFinite;
+    std::array<float, frame::SurfaceLanes::kMost> areas;
+    for (std::uint32_t x0 = 0; x0 < n; x0 += frame::SurfaceLanes::kMost) {
+      const std::uint32_t count = std::min<std::uint32_t>(n - x0, frame::SurfaceLanes::kMost);
+      for (std::uint32_t k = 0; k < count; ++k) __builtin_prefetch(triangleOf(places[x0 + k]));
+      for (std::uint32_t k = 0; k < count; ++k)
+        frame::prefetchTriangle(*geometry, triangleOf(places[x0 + k]));
+      lanes.count = 0;
+      for (std::uint32_t k = 0; k < count; ++k) {
+        const TrianglePlace& place = places[x0 + k];
+        const std::uint32_t* v = triangleOf(place);
+        const Vec3& p0 = geometry->positions[v[0]];  // a copy would go by way of the stack
+        const Vec3 e1 = geometry->positions[v[1]] - p0;
+        const Vec3 e2 = geometry->positions[v[2]] - p0;
+        const Vec3 front = normalizedOr(glm::cross(e1, e2), Vec3(0.0f, 1.0f, 0.0f));
+        areas[k] = texelArea(chart, images->vertices(), x0 + k, y);
+        lanes.add(chart.object, place.triangle, place.b1, place.b2,
+                  p0 + place.b1 * e1 + place.b2 * e2, side == 0 ? -front : front,
+                  std::sqrt(areas[k]));
       }
-      texels[at(0, chart.x + x, chart.y + y)] = Vec4(radiance, cut ? -1.0f : area);
+      frame::shadeSurfaces(*scene, *geometry, *lighting, lanes, nullptr);
+      for (std::uint32_t k = 0; k < count; ++k) {
+        const TrianglePlace& place = places[x0 + k];
+        const bool cut =
+            frame::isCutOut(*scene, *geometry, chart.object, place.triangle, place.b1, place.b2);
+        Vec3 radiance = lanes.diffuse.at(k);
+        if (!isFinite(radiance)) {
+          radiance = Vec3(0.0f);
+          ++notFinite;
+        }
+        texels[at(0, chart.x + x0 + k, chart.y + y)] = Vec4(radiance, cut ? -1.0f : areas[k]);
+      }
     }
   }
   if (notFinite > 0) notFinite_ += notFinite;

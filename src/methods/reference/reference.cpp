@@ -14,6 +14,7 @@
 #include "core/log.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "frame/surfaces.h"
 #include "methods/contract/layers.h"
 #include "methods/reference/places.h"
 #include "methods/shared/shared_options.h"
@@ -111,6 +112,9 @@ struct Tile {
   std::vector<Place> places;
   std::vector<trace::Ray> rays;
   std::vector<trace::Hit> hits;
+  frame::SurfaceLanes lanes;
+  std::array<std::size_t, frame::SurfaceLanes::kMost> sampleOfLane{};
+  std::array<frame::SurfacePoint, frame::SurfaceLanes::kMost> surfaces;
   std::vector<Sample> samples;
   std::vector<trace::ReflectionPoint> points;
   std::vector<std::size_t> sampleOfPoint;
@@ -444,48 +448,66 @@ class Reference : public Method {
   /// Shades what the rays hit and notes what reflects; how often radiance was not finite.
   std::uint64_t shadeHits(const scene::Camera& camera, const Services& services, float spread,
                           Tile& tile) const {
-    const trace::TraceScene& trace = *services.trace;
     const Vec3 eye = camera.eye();
-    const Vec3 forward = camera.forward();
     tile.samples.assign(tile.rays.size(), Sample{});
     tile.points.clear();
     tile.sampleOfPoint.clear();
     std::uint64_t notFinite = 0;
+    const auto shade = [&] {
+      frame::shadeSurfaces(services.scene, services.geometry, services.lighting, tile.lanes,
+                           tile.surfaces.data());
+      for (std::size_t k = 0; k < tile.lanes.count; ++k)
+        notFinite +=
+            addSurface(camera, *services.trace, tile.sampleOfLane[k], tile.surfaces[k], tile) ? 0
+                                                                                              : 1;
+      tile.lanes.count = 0;
+    };
     for (std::size_t i = 0; i < tile.rays.size(); ++i) {
       const trace::Hit& hit = tile.hits[i];
       const Vec3 direction = tile.rays[i].direction;
-      Sample& sample = tile.samples[i];
       if (hit.miss()) {
+        Sample& sample = tile.samples[i];
         sample.diffuse = services.lighting.environment->radiance(direction);
         sample.color = sample.oneBounce = sample.diffuse;
         continue;
       }
-      const Vec3 position = eye + hit.distance * direction;
-      const frame::SurfacePoint surface = frame::shadeSurface(
-          services.scene, services.geometry, services.lighting, hit.object, hit.primitive, hit.u,
-          hit.v, position, direction, spread * hit.distance, tile.places[i].scatter);
-      const bool finite = isFinite(surface.diffuse);
-      notFinite += finite ? 0 : 1;
-      sample.diffuse = finite ? surface.diffuse : Vec3(0.0f);
-      sample.color = sample.oneBounce = sample.diffuse;
-      sample.normal = surface.normal;
-      sample.specularLevel = surface.specularLevel;
-      sample.tint = surface.tint;
-      sample.highlight = surface.highlight;
-      sample.z = hit.distance * glm::dot(direction, forward);
-      sample.object = surface.object;
-      if (!(surface.specularLevel > 0.0f)) continue;
-      trace::ReflectionPoint point{
-          position,     surface.normal, direction,
-          surface.lobe, hit.distance,   trace::refractionAt(trace, hit, position, direction)};
-      point.extent = trace.extentOf(hit.object);
-      point.bent = surface.bent;
-      point.lobeHorizon = surface.lobeHorizon;
-      point.shift = tile.places[i].shift;
-      tile.points.push_back(point);
-      tile.sampleOfPoint.push_back(i);
+      tile.sampleOfLane[tile.lanes.count] = i;
+      tile.lanes.scatter[tile.lanes.count] = tile.places[i].scatter;
+      tile.lanes.add(hit.object, hit.primitive, hit.u, hit.v, eye + hit.distance * direction,
+                     direction, spread * hit.distance);
+      if (tile.lanes.full()) shade();
     }
+    shade();
     return notFinite;
+  }
+
+  /// Adds what sample `i` hits; whether its radiance is finite.
+  static bool addSurface(const scene::Camera& camera, const trace::TraceScene& trace, std::size_t i,
+                         const frame::SurfacePoint& surface, Tile& tile) {
+    const trace::Hit& hit = tile.hits[i];
+    const Vec3 direction = tile.rays[i].direction;
+    Sample& sample = tile.samples[i];
+    const bool finite = isFinite(surface.diffuse);
+    sample.diffuse = finite ? surface.diffuse : Vec3(0.0f);
+    sample.color = sample.oneBounce = sample.diffuse;
+    sample.normal = surface.normal;
+    sample.specularLevel = surface.specularLevel;
+    sample.tint = surface.tint;
+    sample.highlight = surface.highlight;
+    sample.z = hit.distance * glm::dot(direction, camera.forward());
+    sample.object = surface.object;
+    if (!(surface.specularLevel > 0.0f)) return finite;
+    trace::ReflectionPoint point{
+        surface.position, surface.normal,
+        direction,        surface.lobe,
+        hit.distance,     trace::refractionAt(trace, hit, surface.position, direction)};
+    point.extent = trace.extentOf(hit.object);
+    point.bent = surface.bent;
+    point.lobeHorizon = surface.lobeHorizon;
+    point.shift = tile.places[i].shift;
+    tile.points.push_back(point);
+    tile.sampleOfPoint.push_back(i);
+    return finite;
   }
 
   /// Weighs reflections against diffuse light.

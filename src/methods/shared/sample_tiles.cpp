@@ -27,6 +27,9 @@ const std::array<std::array<std::uint8_t, 2>, SampleTiles::kSamples>& tileOrder(
   return order;
 }
 
+/// Samples that memory is asked for before they are read. Ours.
+constexpr std::size_t kAhead = 16;
+
 }  // namespace
 
 bool specularLevelsVary(const scene::Scene& scene, const frame::ObjectSet& own) {
@@ -95,10 +98,14 @@ void SampleTiles::find(const raster::GBufferCopy& source, int column, int row, M
 void SampleTiles::place(const raster::GBufferCopy& source, const Members& members,
                         trace::PointLanes& points) const {
   static_assert(kSamples <= trace::SampleLanes::kMost);
-  trace::SampleLanes samples;
+  static thread_local trace::SampleLanes samples;
   points.count = members.count;
   for (std::size_t k = 0; k < members.count; ++k) {
     const std::size_t at = members.at[k];
+    if (k + kAhead < members.count) {
+      __builtin_prefetch(&source.normal[4 * std::size_t{members.at[k + kAhead]}]);
+      __builtin_prefetch(&source.depth[members.at[k + kAhead]]);
+    }
     const float* const normal = &source.normal[4 * at];
     samples.x[k] = static_cast<float>(members.x[k]) + 0.5f;
     samples.y[k] = static_cast<float>(members.y[k]) + 0.5f;

@@ -121,8 +121,8 @@ void LobeTracer::run(Vec3* radiance, std::uint8_t* flags, FirstHit* hits,
 }
 
 void LobeTracer::settlePoints(PointLanes& points, ReflectionCounts& counts) const {
+  if (!settles_) return;
   for (std::size_t i = 0; i < points.count; ++i) {
-    if (!settles_ && !(points.refraction[i] > 0.0f)) continue;
     ReflectionPoint point = points.at(i);
     const Moved moved = settle(*trace_, point);
     counts.atOutline += moved == Moved::ToOutline ? 1 : 0;
@@ -291,30 +291,31 @@ void LobeTracer::intersect(Level& level, const Block& block, ReflectionCounts& c
 }
 
 void LobeTracer::resolve(Level& level, const Block& block, bool keepSurfaces, std::uint8_t* flags,
-                         ReflectionCounts& counts) const {
+                         ReflectionCounts& counts) {
   if (keepSurfaces) level.surfaces.resize(kMostLanes);
   const PointLanes& points = level.points;
   const int coneRays = options_.converges ? kConvergedRays : block.raysPerLobe;
   for (std::size_t i = block.begin; i < block.end; ++i) {
     const scene::Lobe lobe{points.lobe[i]};
     const bool weighted = lobe.ggx() && !lobe.mirror() && !(points.refraction[i] > 0.0f);
-    const float lobeWide = weighted ? 0.0f : lobeSpread(lobe, coneRays);
+    const float lobeWide = weighted || lobe.mirror() ? 0.0f : lobeSpread(lobe, coneRays);
+    const std::size_t begin = level.first[i - block.begin];
     const std::size_t end = level.first[i - block.begin + 1];
     if (asked_ != nullptr && options_.bounces == 1 && asked_[i] == 0) {
-      std::fill(&level.values[level.first[i - block.begin]], &level.values[end], Vec3(0.0f));
+      std::fill(&level.values[begin], &level.values[end], Vec3(0.0f));
       continue;
     }
-    for (std::size_t ray = level.first[i - block.begin]; ray < end; ++ray) {
+    for (std::size_t ray = begin; ray < end; ++ray) {
       const Hit& hit = level.hits[ray];
+      const Vec3 origin = level.rays.origin(ray);
       const Vec3 direction = level.rays.direction(ray);
       if (hit.miss()) {
-        const bool refused = !isTraceable({level.rays.origin(ray), direction});
+        const bool refused = !isTraceable({origin, direction});
         if (flags != nullptr) flags[i - block.begin] |= refused ? 1 : 4;
         counts.misses += refused ? 0 : 1;
-        level.values[ray] =
-            refused && !isFinite(direction)
-                ? Vec3(0.0f)
-                : environment(level, i, ray - level.first[i - block.begin], block, direction);
+        level.values[ray] = refused && !isFinite(direction)
+                                ? Vec3(0.0f)
+                                : environment(level, i, ray - begin, block, direction);
         if (keepSurfaces) level.surfaces[ray].object = 0;
         continue;
       }
@@ -322,25 +323,34 @@ void LobeTracer::resolve(Level& level, const Block& block, bool keepSurfaces, st
           weighted ? std::sqrt(solidAngleOf(level.densities[ray], coneRays)) : lobeWide;
       const float width =
           spreadRad_ * (points.coneDistance[i] + hit.distance) + spread * hit.distance;
-      const frame::SurfacePoint surface = frame::shadeSurface(
-          trace_->scene(), trace_->geometry(), *lighting_, hit.object, hit.primitive, hit.u, hit.v,
-          level.rays.origin(ray) + hit.distance * direction, direction, width,
-          keepSurfaces
-              ? std::optional(nextShift({points.shiftX[i], points.shiftY[i]},
-                                        static_cast<int>(ray - level.first[i - block.begin])))
-              : std::nullopt);
-      Vec3 value = surface.diffuse;
-      if (!isFinite(value)) {
-        value = Vec3(0.0f);
-        ++counts.notFinite;
-      }
-      level.values[ray] = value;
-      if (keepSurfaces) {
-        level.surfaces[ray] = surface;
-        level.surfaces[ray].diffuse = value;
-      }
+      shadedRays_[shaded_.count] = ray;
+      if (keepSurfaces)
+        shaded_.scatter[shaded_.count] =
+            nextShift({points.shiftX[i], points.shiftY[i]}, static_cast<int>(ray - begin));
+      shaded_.add(hit.object, hit.primitive, hit.u, hit.v, origin + hit.distance * direction,
+                  direction, width);
+      if (shaded_.full()) shadeHits(level, keepSurfaces, counts);
     }
   }
+  shadeHits(level, keepSurfaces, counts);
+}
+
+void LobeTracer::shadeHits(Level& level, bool keepSurfaces, ReflectionCounts& counts) {
+  frame::shadeSurfaces(trace_->scene(), trace_->geometry(), *lighting_, shaded_,
+                       keepSurfaces ? shadedPoints_.data() : nullptr);
+  for (std::size_t k = 0; k < shaded_.count; ++k) {
+    const std::size_t ray = shadedRays_[k];
+    Vec3 value = shaded_.diffuse.at(k);
+    if (!isFinite(value)) {
+      value = Vec3(0.0f);
+      ++counts.notFinite;
+    }
+    level.values[ray] = value;
+    if (!keepSurfaces) continue;
+    level.surfaces[ray] = shadedPoints_[k];
+    level.surfaces[ray].diffuse = value;
+  }
+  shaded_.count = 0;
 }
 
 Vec3 LobeTracer::environment(const Level& level, std::size_t point, std::size_t index,

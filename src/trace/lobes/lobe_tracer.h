@@ -2,12 +2,14 @@
 // tile is completed before the next one begins, so that its data stay in the core's cache.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "core/math.h"
 #include "frame/shading.h"
+#include "frame/surfaces.h"
 #include "trace/embree/trace_scene.h"
 #include "trace/lobes/point_lanes.h"
 #include "trace/lobes/reflect.h"
@@ -81,7 +83,9 @@ class LobeTracer {
               std::uint8_t* flags, ReflectionCounts& counts) const;
   void intersect(Level& level, const Block& block, ReflectionCounts& counts) const;
   void resolve(Level& level, const Block& block, bool keepSurfaces, std::uint8_t* flags,
-               ReflectionCounts& counts) const;
+               ReflectionCounts& counts);
+  /// Shades the collected hits, and empties shaded_.
+  void shadeHits(Level& level, bool keepSurfaces, ReflectionCounts& counts);
   void fade(Level& level, const Block& block) const;
   /// The radiance that ray number `index` of a point receives if it leaves the scene.
   Vec3 environment(const Level& level, std::size_t point, std::size_t index, const Block& block,
@@ -105,6 +109,9 @@ class LobeTracer {
   SecondHit* seconds_ = nullptr;
   Vec3* oneBounce_ = nullptr;
   const std::uint32_t* asked_ = nullptr;
+  frame::SurfaceLanes shaded_;
+  std::array<std::size_t, frame::SurfaceLanes::kMost> shadedRays_{};  ///< their rays
+  std::array<frame::SurfacePoint, frame::SurfaceLanes::kMost> shadedPoints_;
   std::vector<std::unique_ptr<Level>> levels_;
   std::unique_ptr<LobeTables> tables_;
 };
