@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "run/folder/run_folder.h"
+#include "run/stage/layers.h"
 #include "scene/environment.h"
 #include "scene/paths/path.h"
 
@@ -28,9 +29,11 @@ constexpr auto kCompressions =
                                        {"zip", image::Compression::Zip},
                                        {"piz", image::Compression::Piz}});
 
-/// Those of every frame, then those of the methods.
+/// Those of every frame but the masks, then those of the methods.
 AllowedItems layerNames() {
-  std::vector<std::string> names = {"Z", "N", "reflection", "diffuse", "s", "id", "motion"};
+  std::vector<std::string> names;
+  for (const methods::SampleLayerInfo& layer : frameLayers())
+    if (!layer.name.starts_with("mask.")) names.push_back(layer.name);
   for (const methods::MethodEntry& entry : methods::registry())
     for (const methods::SampleLayerInfo& layer : entry.sampleLayers)
       if (std::find(names.begin(), names.end(), layer.name) == names.end())
