@@ -180,6 +180,11 @@ const MethodEntry& depthImpostorsEntry() {
     counters.push_back({"clipped",
                         "pairs of a ray and a depth map whose frustum the ray misses, without "
                         "`culled`; only where the CPU intersects rays"});
+    counters.push_back({"searched", "the other pairs of a ray and a depth map, likewise"});
+    counters.push_back({"projected_texels",
+                        "of `searched`: texels along the clipped rays; a walk without hits would "
+                        "test all",
+                        false, "intersection walk"});
     std::vector<StepInfo> steps = impostors::commonSteps();
     steps.insert(steps.begin() + 2, {"srdm", "frames", "rows of new depth maps are simplified"});
     return MethodEntry{

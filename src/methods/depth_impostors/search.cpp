@@ -156,6 +156,12 @@ CATOPTRIC_INLINE float crossing(const Vec2& a, const Vec2& b, const Vec2& p, con
   return meet ? share : kNone;
 }
 
+/// Numbers of texels.
+struct Texels {
+  std::uint64_t walked = 0;
+  std::uint64_t along = 0;  ///< on the whole stretches
+};
+
 /// A ray's way over texels: whole, or so many texels about a share of it.
 struct Stretch {
   float around = 0.0f;
@@ -164,7 +170,7 @@ struct Stretch {
 
 /// The first crossing on a stretch, as a share of the ray; kNone where there is none.
 CATOPTRIC_INLINE float walkRay(const MapTexels& texels, const MapRays& rays, std::size_t i,
-                               Stretch stretch, std::uint64_t& walked, bool& seesAny) {
+                               Stretch stretch, Texels& count, bool& seesAny) {
   const int size = texels.across.size();
   Vec2 from(rays.fromX[i], rays.fromY[i]);
   Vec2 to(rays.toX[i], rays.toY[i]);
@@ -187,6 +193,7 @@ CATOPTRIC_INLINE float walkRay(const MapTexels& texels, const MapRays& rays, std
     first = std::max(first, texel(middle, -stretch.reach));
     last = std::min(last, texel(middle, stretch.reach + 1));
   }
+  count.along += static_cast<std::uint64_t>(std::max(0, last - first + 1));
   int at = onwards ? first : last;
   const int end = onwards ? last : first;
   const int step = onwards ? 1 : -1;
@@ -216,7 +223,7 @@ CATOPTRIC_INLINE float walkRay(const MapTexels& texels, const MapRays& rays, std
       if (rayFrom.y + s * (rayTo.y - rayFrom.y) < g) return impostors::shared::kHidden + s;
     }
     if (past || share <= 1.0f) return share;
-    ++walked;
+    ++count.walked;
     alone = on && !wasOn;
     wasOn = on;
     before = Vec2(place, g);
@@ -225,22 +232,23 @@ CATOPTRIC_INLINE float walkRay(const MapTexels& texels, const MapRays& rays, std
 }
 
 CATOPTRIC_INLINE std::uint64_t walkBody(const MapTexels& texels, MapRays& rays) {
-  std::uint64_t walked = 0;
+  Texels count;
   bool seesAny = false;
   for (std::size_t i = 0; i < rays.count; ++i)
-    rays.at[i] = walkRay(texels, rays, i, {}, walked, seesAny);
-  return walked;
+    rays.at[i] = walkRay(texels, rays, i, {}, count, seesAny);
+  rays.texels = count.along;
+  return count.walked;
 }
 
 CATOPTRIC_INLINE std::uint64_t refineBody(const MapTexels& texels, int reach, MapRays& rays) {
-  std::uint64_t walked = 0;
+  Texels count;
   for (std::size_t i = 0; i < rays.count; ++i) {
     if (!(rays.at[i] <= 1.0f)) continue;
     bool seesAny = false;
-    const float share = walkRay(texels, rays, i, {rays.at[i], reach}, walked, seesAny);
+    const float share = walkRay(texels, rays, i, {rays.at[i], reach}, count, seesAny);
     if (share <= 1.0f || share >= impostors::shared::kHidden || !seesAny) rays.at[i] = share;
   }
-  return walked;
+  return count.walked;
 }
 
 }  // namespace

@@ -31,7 +31,8 @@ struct MapTexels {
   Columns down;
 };
 
-/// Sets MapRays::at of all rays by marching texel by texel. Returns the number of texels read.
+/// Sets MapRays::at of all rays by marching texel by texel, and MapRays::texels. Returns the number
+/// of texels read.
 std::uint64_t walkTexels(const MapTexels& texels, impostors::MapRays& rays);
 
 /// Searches `reach` texels on either side of each hit of searchLines() for the first crossing and

@@ -81,7 +81,12 @@ double exhaustive(const Columns& columns, Vec2 from, Vec2 to, float gFrom, float
 TEST(Search, AWalkFindsWhatAllTexelsShow) {
   const MapTexels texels = texelsOf(bumps());
   const auto rays = randomRays(false);
-  EXPECT_GT(walkTexels(texels, *rays), 0u);
+  const std::uint64_t walked = walkTexels(texels, *rays);
+  EXPECT_GT(walked, 0u);
+  EXPECT_LT(walked, rays->texels);
+  // Without hits all are tested
+  EXPECT_EQ(walkTexels(texelsOf(std::vector<float>(kSize * kSize, 0.0f)), *randomRays(false)),
+            rays->texels);
   int hits = 0;
   int off = 0;
   for (std::size_t i = 0; i < rays->count; ++i) {

@@ -264,7 +264,10 @@ void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOu
   output.counters = zeros(commonCounters());
   if (options_.transitionHeight > 0.0f) output.counters["transition"] = 0;
   output.counters[workCounter()] = 0;
-  if (kind_ == Kind::DepthMap) output.counters["clipped"] = output.counters["disoccluded"] = 0;
+  if (kind_ == Kind::DepthMap) {
+    for (const char* name : {"clipped", "searched", "disoccluded"}) output.counters[name] = 0;
+    if (options_.intersection == Intersection::Walk) output.counters["projected_texels"] = 0;
+  }
   raster::GBuffer& gbuffer = *services.gbuffer;
   if (settings_.masks && settings_.reflectors.all())
     gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
@@ -294,6 +297,9 @@ void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOu
   output.counters["culled"] = counts.culled;
   if (kind_ == Kind::DepthMap) {
     output.counters["clipped"] = counts.clipped;
+    output.counters["searched"] = counts.searched;
+    if (options_.intersection == Intersection::Walk)
+      output.counters["projected_texels"] = counts.texels;
     output.counters["disoccluded"] = counts.disoccluded;
   }
   if (options_.transitionHeight > 0.0f) output.counters["transition"] = counts.transition;

@@ -42,6 +42,8 @@ void ProcessorCounts::add(const ProcessorCounts& other) {
   disoccluded += other.disoccluded;
   work += other.work;
   clipped += other.clipped;
+  searched += other.searched;
+  texels += other.texels;
   culled += other.culled;
 }
 

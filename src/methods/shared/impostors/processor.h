@@ -47,8 +47,10 @@ struct ProcessorCounts {
   std::uint64_t clamped = 0;
   std::uint64_t disoccluded = 0;
   std::uint64_t work = 0;
-  std::uint64_t clipped = 0;  ///< pairs of a ray and a depth map whose frustum the ray misses
-  std::uint64_t culled = 0;   ///< pairs of a ray and an impostor that is not tested
+  std::uint64_t clipped = 0;   ///< pairs of a ray and a depth map whose frustum the ray misses
+  std::uint64_t searched = 0;  ///< the other pairs of a ray and a depth map
+  std::uint64_t texels = 0;    ///< MapRays::texels of these
+  std::uint64_t culled = 0;    ///< pairs of a ray and an impostor that is not tested
   void add(const ProcessorCounts& other);
   /// Adds the marks of a sample, from GPU or CPU.
   void addMarks(std::uint32_t marks);

@@ -74,6 +74,7 @@ struct MapRays {
   /// steps are edges. If a ray passes behind an edge, its `at` is shared::kHidden plus the fraction
   /// of the way at which it passes there.
   float steepest = 0.0f;
+  std::uint64_t texels = 0;  ///< along all projections; set by walks
   alignas(64) std::array<std::int32_t, kMostRays> on{};
   std::array<std::uint16_t, kMostRays> ray{};
 };

@@ -162,8 +162,10 @@ void TileRays::meetDepthMap(RayBatch& rays, const ImpostorLines& lines) {
   }
   map_.count = count;
   counts_->clipped += rays.count - count;
+  counts_->searched += count;
   if (count == 0) return;
   counts_->work += frame_->meetMap(lines.layer, map_);
+  counts_->texels += map_.texels;
   for (std::size_t k = 0; k < count; ++k) {
     const bool hides = several_ && map_.at[k] >= shared::kHidden;
     const float share = hides ? map_.at[k] - shared::kHidden : map_.at[k];
