@@ -86,9 +86,16 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
     drawEnvironment(services);
   }
   services.timer.measure("choose", [&] {
-    unfit_ = services.scene.animated()
-                 ? startOf(services.scene, settings).unfit
-                 : unfitReflectors(options_, services.scene, services.geometry, choice_, reflects_);
+    if (rest_) {
+      // What depth maps are chosen makes no reflector unfit
+      Choice none;
+      none.billboardErrors.assign(reflects_.size(), 0.0f);
+      unfit_ = unfitReflectors(options_, services.scene, rest_->geometry(), none, reflects_);
+    } else {
+      unfit_ = services.scene.animated() ? startOf(services.scene, settings).unfit
+                                         : unfitReflectors(options_, services.scene,
+                                                           services.geometry, choice_, reflects_);
+    }
   });
 }
 
