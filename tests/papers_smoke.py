@@ -20,7 +20,7 @@ import time
 sys.dont_write_bytecode = True
 import work_folder  # noqa: E402
 
-SAMPLE = {"glossy_lod": ["filter"], "impostors": ["directions", "statue_times"], "perturbation": ["fig10"],
+SAMPLE = {"glossy_lod": ["filter"], "impostors": ["directions", "times_shader"], "perturbation": ["fig10"],
           "reprojection": ["bath_a"], "second_order": ["tuning_glossy_sphere", "concave"]}
 
 
