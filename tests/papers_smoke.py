@@ -21,7 +21,7 @@ sys.dont_write_bytecode = True
 import work_folder  # noqa: E402
 
 SAMPLE = {"glossy_lod": ["filter"], "impostors": ["directions", "times_shader"], "perturbation": ["fig10"],
-          "reprojection": ["bath_a"], "second_order": ["tuning_glossy_sphere", "concave"]}
+          "reprojection": ["bath_a"], "second_order": ["validation_cornell_box", "concave"]}
 
 
 def sampled(suite, folder):
