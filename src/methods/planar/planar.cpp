@@ -1,0 +1,324 @@
+#include "methods/planar/planar.h"
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "config/options.h"
+#include "gl/query.h"
+#include "gl/shader.h"
+#include "methods/planar/flat_mirrors.h"
+#include "methods/shared/shared_options.h"
+#include "raster/passes/background.h"
+#include "raster/passes/surfaces.h"
+
+namespace catoptric::methods {
+namespace {
+
+using namespace planar;
+using raster::Rectangle;
+
+constexpr GLuint kCutBlock = 2;  // mirrored.vert
+
+struct Options {
+  int bounces = 1;
+};
+
+const config::OptionTable<Options>& optionTable() {
+  using config::field, config::range;
+  static const config::OptionTable<Options> table(
+      "planar", "Options of the method planar.",
+      {field(&Options::bounces, "bounces", range(1, 16), kBouncesHelp)});
+  return table;
+}
+
+/// Where the drawings of one reflection after another are.
+struct Level {
+  gl::Texture color;    ///< RGBA32F; empty for the first, which is GBuffer::reflection
+  gl::Texture depth;    ///< 1 outside of the mirrors' samples: nothing is drawn there
+  gl::Texture weights;  ///< RGBA32F: of mirrors in this view; see weights.frag
+  gl::Framebuffer target;
+  gl::Framebuffer weighing;
+};
+
+std::uint64_t samplesOf(const RunSettings& settings) {
+  return static_cast<std::uint64_t>(settings.width * settings.samples) *
+         static_cast<std::uint64_t>(settings.height * settings.samples);
+}
+
+class Planar : public Method {
+ public:
+  explicit Planar(const Options& options) : options_(options) {}
+
+  std::vector<Unsupported> unsupported(const scene::Scene& scene) const override {
+    std::vector<Unsupported> result;
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+      const scene::Object& object = scene.objects[i];
+      if (object.reflector == 0 || isFlatMirror(scene, object)) continue;
+      const bool refracts = scene.materials[object.material].refraction > 0.0f;
+      result.push_back({static_cast<int>(i) + 1, refracts ? "refracts" : "is no flat mirror"});
+    }
+    return result;
+  }
+
+  MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
+    MethodPlan plan;
+    plan.gbuffer = true;
+    plan.bounces = options_.bounces;
+    std::size_t mirrors = 0;
+    std::size_t own = 0;
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+      if (!isFlatMirror(scene, scene.objects[i])) continue;
+      ++mirrors;
+      if (settings.reflectors.contains(static_cast<int>(i))) ++own;
+    }
+    if (own == 0) return plan;
+    const std::uint64_t samples = samplesOf(settings);
+    const int nested = mirrors > 1 ? options_.bounces - 1 : 0;
+    plan.items = {
+        {"pass", "mirrors",
+         "the scene is drawn as " + std::to_string(own) + " flat mirrors in view show it"},
+        {"resource", "mirrored depth", "DEPTH32F by sample", 4 * samples}};
+    if (nested > 0)
+      plan.items.push_back({"resource", "mirrors in mirrors",
+                            "depth, radiance and weights by sample, of " + std::to_string(nested) +
+                                (nested == 1 ? " further reflection" : " further reflections"),
+                            static_cast<std::uint64_t>(nested) * (4 + 16 + 16) * samples,
+                            "bounces"});
+    return plan;
+  }
+
+  void prepare(Services& services, const RunSettings& settings) override {
+    settings_ = settings;
+    std::vector<std::uint32_t> none(services.scene.objects.size() + 1, 0);
+    planes_ = gl::Buffer("planes of mirrors", std::span<const std::uint32_t>(none));
+    planeOf_ = gl::Texture::makeBuffer("planes of mirrors", GL_R32UI, planes_);
+    cut_ = gl::Buffer("the plane that cuts", sizeof(Vec4));
+    find(services);
+    if (mirrors_.empty()) return;
+    const std::size_t levels = mirrors_.size() > 1 ? static_cast<std::size_t>(options_.bounces) : 1;
+    const int width = services.gbuffer->sampleWidth();
+    const int height = services.gbuffer->sampleHeight();
+    for (std::size_t l = 0; l < levels; ++l) {
+      Level& level = levels_.emplace_back();
+      level.depth =
+          gl::Texture::make2D("mirrored depth", GL_DEPTH_COMPONENT32F, width, height);
+      if (l > 0) level.color = gl::Texture::make2D("mirrored", GL_RGBA32F, width, height);
+      level.target = gl::Framebuffer(
+          "mirrored", {{.texture = l > 0 ? level.color : services.gbuffer->reflection}},
+          {.texture = level.depth});
+      if (l + 1 == levels) continue;
+      level.weights = gl::Texture::make2D("weights of mirrors", GL_RGBA32F, width, height);
+      level.weighing = gl::Framebuffer("weights of mirrors", {{.texture = level.weights}},
+                                       {.texture = level.depth});
+    }
+    const char* region = "methods/planar/shaders/region.frag";
+    region_ = gl::Program::fullScreen("samples of mirrors", region, {{"NESTED", "0"}});
+    if (levels > 1) {
+      nestedRegion_ = gl::Program::fullScreen("mirrors in a mirror", region, {{"NESTED", "1"}});
+      combine_ = gl::Program::fullScreen("reflections of reflections",
+                                         "methods/planar/shaders/combine.frag");
+    }
+    weighing_.defines = {{"FRESNEL", settings.fresnelSchlick ? "1" : "0"},
+                         {"GGX", services.scene.hasGgxLobes() ? "1" : "0"}};
+    shown_ = gl::FragmentCounter("samples of mirrors");
+  }
+
+  void render(const FrameInput& input, Services& services, FrameOutput& output) override {
+    raster::GBuffer& gbuffer = *services.gbuffer;
+    if (settings_.masks && settings_.reflectors.all())
+      gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+    counts_ = {};
+    if (!levels_.empty()) {
+      services.timer.measure("mirrors", [&] {
+        if (services.scene.animated()) find(services);
+        draw(input.frame.camera, services);
+      });
+    }
+    output.counters["mirrors"] = counts_.mirrors;
+    output.counters["mirrored_views"] = counts_.views;
+    output.counters["mirrored_samples"] = counts_.samples;
+  }
+
+ private:
+  struct Counts {
+    std::uint64_t mirrors = 0;
+    std::uint64_t views = 0;
+    std::uint64_t samples = 0;
+  };
+
+  void find(Services& services) {
+    mirrors_ = findFlatMirrors(services.scene, services.geometry);
+    std::vector<std::uint32_t> planes(services.scene.objects.size() + 1, 0);
+    for (std::size_t m = 0; m < mirrors_.size(); ++m)
+      for (const int id : mirrors_[m].ids)
+        if (settings_.reflectors.contains(id - 1))
+          planes[static_cast<std::size_t>(id)] = static_cast<std::uint32_t>(m) + 1;
+    planes_.write(0, planes.size() * sizeof planes[0], planes.data());
+  }
+
+  void draw(const scene::Camera& camera, Services& services) {
+    const raster::GBuffer& gbuffer = *services.gbuffer;
+    width_ = gbuffer.sampleWidth();
+    height_ = gbuffer.sampleHeight();
+    spreadRad_ = scene::pixelSpreadRad(camera, height_);
+    const View view{glm::dmat4(scene::clipFromCamera(camera, static_cast<float>(width_) /
+                                                                 static_cast<float>(height_))) *
+                        glm::dmat4(scene::cameraFromWorld(camera)),
+                    glm::dvec3(camera.eye())};
+    for (std::size_t m = 0; m < mirrors_.size(); ++m) {
+      const Rectangle part = shownBy(view, mirrors_[m].bounds, width_, height_);
+      if (part.empty()) continue;
+      region_.use();
+      gbuffer.object.bind(0);
+      planeOf_.bind(1);
+      region_.set("plane", static_cast<std::uint32_t>(m) + 1);
+      const std::uint64_t samples = open(0, part);
+      if (samples == 0) continue;
+      counts_.samples += samples;
+      counts_.mirrors += mirrors_[m].ids.size();
+      drawView(mirrored(view, mirrors_[m].plane), m, 0, part, services);
+    }
+  }
+
+  /// Opens the samples that the current program passes for drawing at a level, and no others.
+  /// Returns their number.
+  std::uint64_t open(std::size_t level, const Rectangle& part) {
+    gl::DrawState state = raster::within(part);
+    gl::DrawScope scope(state);
+    levels_[level].target.bind();
+    levels_[level].target.clearDepth(1.0f);
+    state.depth = {.test = true, .function = GL_ALWAYS, .write = true};
+    state.colors = 0;
+    scope.change(state);
+    shown_.begin();
+    gl::drawFullScreenTriangle();
+    shown_.end();
+    return shown_.read();
+  }
+
+  /// Draws what the mirrors of a plane show into the open samples of a level.
+  void drawView(const View& view, std::size_t mirror, std::size_t l, const Rectangle& part,
+                Services& services) {
+    ++counts_.views;
+    Level& level = levels_[l];
+    level.target.bind();
+    std::vector<int> hidden = mirrors_[mirror].ids;
+    for (std::size_t i = 0; i < services.geometry.objects.size(); ++i)
+      if (isCut(view, services.geometry.objects[i].bounds)) hidden.push_back(static_cast<int>(i) + 1);
+    gl::DrawState state = raster::within(part);
+    state.depth.test = true;
+    drawSurfaces(view, part, diffuse_, state, raster::ObjectSet::without(std::move(hidden)),
+                 services);
+    state.clipDistances = 0;
+    background_.draw(services.raster->scene().frame(), services.lighting, {}, state);
+    if (l + 1 == levels_.size()) return;
+    for (std::size_t m = 0; m < mirrors_.size(); ++m) {
+      if (m == mirror || isCut(view, mirrors_[m].bounds)) continue;
+      const Rectangle shown =
+          raster::intersection(part, shownBy(view, mirrors_[m].bounds, width_, height_));
+      if (!shown.empty()) drawMirror(view, part, m, l, shown, services);
+    }
+  }
+
+  /// Draws what mirrors show that are seen in `part` of the view of a level, whose drawing has the
+  /// viewport `viewed`.
+  void drawMirror(const View& view, const Rectangle& viewed, std::size_t mirror, std::size_t l,
+                  const Rectangle& part, Services& services) {
+    Level& level = levels_[l];
+    gl::DrawState state = raster::within(part);
+    {
+      const gl::DrawScope scope(state);
+      level.weighing.clearColor(0, 0.0f, 0.0f, 0.0f, 0.0f);
+    }
+    level.weighing.bind();
+    state.depth = {.test = true, .function = GL_EQUAL, .write = false};
+    drawSurfaces(view, viewed, weighing_, state, raster::ObjectSet::only(mirrors_[mirror].ids),
+                 services);
+    nestedRegion_.use();
+    level.weights.bind(0);
+    if (open(l + 1, part) == 0) return;
+    drawView(mirrored(view, mirrors_[mirror].plane), mirror, l + 1, part, services);
+
+    level.target.bind();
+    gl::DrawState blended = raster::within(part);
+    blended.blend = {.on = true,
+                     .sourceColor = GL_ONE,
+                     .targetColor = GL_SRC_ALPHA,
+                     .sourceAlpha = GL_ZERO,
+                     .targetAlpha = GL_ONE};
+    blended.depth = {.test = false, .function = GL_ALWAYS, .write = false};
+    const gl::DrawScope scope(blended);
+    combine_.use();
+    level.weights.bind(0);
+    levels_[l + 1].color.bind(1);
+    gl::drawFullScreenTriangle();
+  }
+
+  void drawSurfaces(const View& view, const Rectangle& viewed, const raster::SurfaceShaders& shaders,
+                    gl::DrawState state, const raster::ObjectSet& objects, Services& services) {
+    glViewport(viewed.x0, viewed.y0, viewed.width(), viewed.height());
+    const Vec4 viewport(viewed.x0, viewed.y0, viewed.width(), viewed.height());
+    const Vec4 plane(view.clip);
+    cut_.write(0, sizeof plane, &plane);
+    cut_.bindUniform(kCutBlock);
+    state.clipDistances = 1;
+    raster::drawSurfaces(services.raster->scene(),
+                         raster::makeView(clipOfPart(view, viewed, width_, height_), Vec3(view.eye),
+                                          spreadRad_, viewport, raster::kNoRadianceLimit),
+                         services.lighting, {.shaders = shaders, .state = state},
+                         {.objects = objects}, list_);
+  }
+
+  Options options_;
+  RunSettings settings_;
+  std::vector<FlatMirrors> mirrors_;
+  std::vector<Level> levels_;  ///< one for each bounce
+  gl::Buffer planes_;          ///< by object id: the index of the own mirror's plane + 1, or 0
+  gl::Texture planeOf_;
+  gl::Buffer cut_;
+  gl::Program region_;
+  gl::Program nestedRegion_;
+  gl::Program combine_;
+  gl::FragmentCounter shown_;
+  raster::SurfaceShaders diffuse_{.label = "mirrored",
+                                  .vertex = "methods/planar/shaders/mirrored.vert",
+                                  .fragment = "raster/shaders/diffuse.frag",
+                                  .defines = {{"BEHIND", "0"}, {"FACTORS", "0"}}};
+  raster::SurfaceShaders weighing_{
+      .label = "weights of mirrors",
+      .vertex = "methods/planar/shaders/mirrored.vert",
+      .fragment = "methods/planar/shaders/weights.frag",
+      .outputs = raster::kNormalOutput | raster::kSpecularOutput | raster::kTintOutput};
+  raster::Background background_{"raster/shaders/background.frag"};
+  raster::DrawList list_;
+  int width_ = 0;   ///< of the frame, in samples
+  int height_ = 0;
+  float spreadRad_ = 0.0f;
+  Counts counts_;
+};
+
+}  // namespace
+
+const MethodEntry& planarEntry() {
+  static const MethodEntry entry{
+      .id = "planar",
+      .summary = "draws the scene once more for each flat mirror, from the mirrored eye",
+      .paper = "",
+      .steps = {{"mirrors", "frames", "the scene is drawn as flat mirrors show it"}},
+      .counters = {{"mirrors", "flat mirrors that the frame shows"},
+                   {"mirrored_views",
+                    "drawings of the scene: one per plane of mirrors, and per mirror in a mirror"},
+                   {"mirrored_samples", "samples of flat mirrors"}},
+      .tests = {.variants = {R"({"bounces": 2})"}, .planeMirrorPercent = 0.1},
+      .options = optionTable().schema(),
+      .make = [](const config::Value& options) -> std::unique_ptr<Method> {
+        return std::make_unique<Planar>(optionTable().parse(options));
+      },
+      .refusesReflectors = true};
+  return entry;
+}
+
+}  // namespace catoptric::methods
