@@ -36,7 +36,7 @@ KEEPS = ["billboards", "depth_impostors"]
 # Of the short test
 SAMPLE = [("cornell_box", None), ("textures", ["traced"]), ("balls_900", ["reprojection", "reference"])]
 # Otherwise a refusal, and minutes of rays that change no memory
-OPTIONS = {"perturbation": {"unsupported": "environment_map"},
+OPTIONS = {"perturbation": {"unsupported": "environment_map"}, "planar": {"unsupported": "environment_map"},
            "reference": {"samples": 1, "rays": 1, "bounces": 1, "max_standard_error": 0}}
 
 POLICIES = ["static", "refit", "rebuild_low", "rebuild_medium"]

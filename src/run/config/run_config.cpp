@@ -313,7 +313,7 @@ Schema methodSchema(const methods::MethodEntry& entry) {
     allowed.insert(allowed.begin(), "error");
     schema.fields.push_back(
         fields::choice("unsupported",
-                       "What happens to reflectors that perturbation cannot render. error: the run "
+                       "What happens to reflectors that the method cannot render. error: the run "
                        "ends; environment_map, traced: that method renders them (counter "
                        "unsupported_reflector).",
                        "\"error\"", allowed));
