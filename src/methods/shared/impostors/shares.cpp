@@ -194,8 +194,7 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
                              std::to_string(std::ranges::count(choice.chosen, true)) +
                              " objects for " + std::to_string(reflectors.count()) +
                              " reflective objects";
-  Cost most = all;
-  most.texels += ofTests;
+  const Cost most{all.bytes, all.texels + ofTests};
   // Later poses may need more
   plan.trace =
       options_.fallback == Fallback::Traced && (again || reflectors.glossy || !unfitNames.empty() ||
