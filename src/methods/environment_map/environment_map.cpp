@@ -19,8 +19,13 @@ namespace {
 
 constexpr auto kSources = config::names<bool>({{"scene", false}, {"environment", true}});
 
+enum class Proxy : std::uint8_t { None, Box, Sphere };
+constexpr auto kProxies =
+    config::names<Proxy>({{"none", Proxy::None}, {"box", Proxy::Box}, {"sphere", Proxy::Sphere}});
+
 struct Options {
   bool environmentOnly = false;
+  Proxy proxy = Proxy::None;
   std::optional<Vec3> centre;  ///< absent: the middle of the scene's bounds
   int faceSize = 512;
 };
@@ -45,6 +50,11 @@ const config::OptionTable<Options>& optionTable() {
                  "metres",
          .defaultText = "\"scene\""},
         readCentre},
+       field(&Options::proxy, "proxy", kProxies,
+             "how far away the scene is that the cube map shows. none: infinitely; box: on the box "
+             "of the scene's bounds; sphere: on the sphere about the viewpoint that touches the "
+             "box's nearest side")
+           .trade("none,box"),
        field(&Options::faceSize, "face_size", config::range(1, 4096), kFaceSizeHelp)
            .trade("256,512,1024")});
   return table;
@@ -92,6 +102,7 @@ class EnvironmentMap : public Method {
       return gl::Program::fullScreen(label, "methods/environment_map/shaders/lookup.frag",
                                      {{"GLOSSY", glossy},
                                       {"MASKS", masks_ ? "1" : "0"},
+                                      {"PROXY", std::to_string(static_cast<int>(options_.proxy))},
                                       {"GGX", services.scene.hasGgxLobes() ? "1" : "0"}});
     };
     if (reflectors_.mirrors()) mirror_ = program("environment look-up", "0");
@@ -116,7 +127,7 @@ class EnvironmentMap : public Method {
     drawEnvironment(input, services);
     std::uint64_t mirrored = 0;
     services.timer.measure("resolve", [&] {
-      lookUp(gbuffer, input.frame.camera);
+      lookUp(gbuffer, services, input.frame.camera);
       mirrored = refractive_.count(gbuffer);
     });
     std::uint64_t samples = 0;
@@ -134,10 +145,7 @@ class EnvironmentMap : public Method {
   void drawEnvironment(const FrameInput& input, Services& services) {
     if (!reflectors_.any()) return;
     if (!options_.environmentOnly) {
-      const Vec3 centre = options_.centre
-                              ? Vec3(glm::dvec3(*options_.centre) - services.scene.origin)
-                              : services.geometry.bounds.centre();
-      cubeMap_.follow(input, services, centre, options_.faceSize);
+      cubeMap_.follow(input, services, centreOf(services), options_.faceSize);
     } else if (cubeMap_.empty()) {
       services.timer.measure("cube_map", [&] {
         const frame::EnvironmentLight& environment = *services.lighting.environment;
@@ -147,8 +155,27 @@ class EnvironmentMap : public Method {
     }
   }
 
+  Vec3 centreOf(const Services& services) const {
+    return options_.centre ? Vec3(glm::dvec3(*options_.centre) - services.scene.origin)
+                           : services.geometry.bounds.centre();
+  }
+
+  void placeProxy(gl::Program& program, const Services& services,
+                  const scene::Camera& camera) const {
+    const Vec3 eye = camera.eye();
+    const Vec3 centre = centreOf(services);
+    const Box3& box = services.geometry.bounds;
+    const Vec3 sides = glm::min(centre - box.min, box.max - centre);
+    program.set("nearMetres", camera.nearMetres);
+    program.set("centre", centre - eye);
+    program.set("least", box.min - eye);
+    program.set("most", box.max - eye);
+    program.set("radius", std::max({1e-6f, sides.x, sides.y, sides.z}));
+  }
+
   // One full-screen pass per kind of reflector, on its stencil class alone.
-  void lookUp(const raster::GBuffer& gbuffer, const scene::Camera& camera) {
+  void lookUp(const raster::GBuffer& gbuffer, const Services& services,
+              const scene::Camera& camera) {
     gbuffer.reflectionFramebuffer.bind();
     gbuffer.normal.bind(0);
     cubeMap_.bind(1);
@@ -156,8 +183,13 @@ class EnvironmentMap : public Method {
     bentCount_.write(0, sizeof kNone, &kNone);
     bentCount_.bindStorage(0);
     const Mat3 ray = scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight());
-    if (reflectors_.mirrors()) pass(mirror_, mirrorCount_, ray, raster::onMirrors());
+    if (options_.proxy != Proxy::None) gbuffer.depth.bind(2);
+    if (reflectors_.mirrors()) {
+      if (options_.proxy != Proxy::None) placeProxy(mirror_, services, camera);
+      pass(mirror_, mirrorCount_, ray, raster::onMirrors());
+    }
     if (reflectors_.glossy) {
+      if (options_.proxy != Proxy::None) placeProxy(glossy_, services, camera);
       cubeMap_.setLevels(glossy_);
       pass(glossy_, glossyCount_, ray, raster::onSamplesOf(raster::SampleClass::Glossy));
     }
@@ -210,7 +242,8 @@ const MethodEntry& environmentMapEntry() {
                     "samples of refractive materials, which are mirrored instead"},
                    {"clamped_cube_map", "texels of the cube map above the range of half floats",
                     true}},
-      .tests = {.small = R"({"face_size": 64})"},
+      .tests = {.small = R"({"face_size": 64})",
+                .variants = {R"({"proxy": "box"})", R"({"proxy": "sphere"})"}},
       .options = optionTable().schema(),
       .make = make,
       .fallbackOptions = R"({"face_size": 256})"};  // as small as the methods' own fallbacks; ours

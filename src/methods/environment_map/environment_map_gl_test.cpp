@@ -29,6 +29,7 @@ class Rig {
     int object = 0;
     Vec3 ray{0};        // unit, from the eye
     Vec3 reflected{0};  // unit
+    Vec3 place{0};      // world space
     Vec3 radiance{0};   // what the method wrote
     std::uint16_t mask = 0;
   };
@@ -38,6 +39,7 @@ class Rig {
     const std::vector<float> normal = raster::readRgba(gbuffer.normal);
     const std::vector<float> reflection = raster::readRgba(gbuffer.reflection);
     const std::vector<std::uint32_t> ids = raster::readIds(gbuffer.object);
+    const std::vector<float> depths = raster::readDepth(gbuffer.depth);
     const std::vector<std::uint16_t> masks =
         settings.masks ? raster::readMasks(gbuffer.masks) : std::vector<std::uint16_t>{};
     std::vector<Sample> all;
@@ -52,6 +54,9 @@ class Rig {
                                          (static_cast<float>(y) + 0.5f) * perSample);
         const Vec3 n(normal[4 * i], normal[4 * i + 1], normal[4 * i + 2]);
         sample.reflected = glm::reflect(sample.ray, n);
+        const Vec3 axis = -Vec3(camera_.worldFromCamera[2]);
+        sample.place = camera_.eye() + camera_.nearMetres / std::max(depths[i], 1e-30f) /
+                                           glm::dot(axis, sample.ray) * sample.ray;
         sample.radiance = Vec3(reflection[4 * i], reflection[4 * i + 1], reflection[4 * i + 2]);
         if (!masks.empty()) sample.mask = masks[i];
         all.push_back(sample);
@@ -203,6 +208,74 @@ TEST(EnvironmentMap, ShowsTheWallInTheReflectedDirection) {
     EXPECT_GT(checked, 500);
   }
   for (const int count : seen) EXPECT_GT(count, 20);
+}
+
+// In a room that is a box, a proxy of that box is exact wherever the map shows walls.
+TEST(EnvironmentMap, ProxyOfABoxShowsTheWallThatTheRayHits) {
+  constexpr int kFaceSize = 256;
+  Rig rig(sixColours(), R"({"center": [0, 0, 0], "face_size": 256, "proxy": "box"})");
+  Rig plain(sixColours(), R"({"center": [0, 0, 0], "face_size": 256})");
+  const scene::Camera camera = cameraAt({1.6f, -0.3f, -0.9f}, kSphereCentre);
+  rig.render(camera);
+  plain.render(camera);
+  const std::vector<Rig::Sample> samples = rig.samples();
+  const std::vector<Rig::Sample> without = plain.samples();
+  int checked = 0;
+  int wrong = 0;  // without a proxy
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Rig::Sample& sample = samples[i];
+    if (sample.object != 7) continue;
+    // Where the ray leaves the room, as seen from the map's centre
+    float metres = 1e30f;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float wall = std::copysign(kWallDistance, sample.reflected[axis]);
+      metres = std::min(metres, (wall - sample.place[axis]) / sample.reflected[axis]);
+    }
+    const Vec3 hit = sample.place + metres * sample.reflected;
+    const std::optional<Vec3> expected =
+        seenFromOrigin(glm::normalize(hit), 2.0f * 2.0f / kFaceSize);
+    if (!expected || *expected == kSphereColor) continue;
+    ++checked;
+    ASSERT_LT(glm::length(sample.radiance - *expected), 1e-3f);
+    wrong += glm::length(without[i].radiance - *expected) > 1e-3f ? 1 : 0;
+  }
+  EXPECT_GT(checked, 400);
+  EXPECT_GT(wrong, checked / 10);
+}
+
+// In a room that is a ball, so is a proxy of a sphere. Its colour is its place.
+TEST(EnvironmentMap, ProxyOfASphereShowsThePlaceThatTheRayHits) {
+  constexpr float kRadius = 2.0f;
+  test::SceneBuilder builder;
+  scene::Mesh room = scene::makeIcosphere(kRadius, 6, scene::UvMode::Unit);
+  // Seen from within: a closed ball would be left out of the map
+  for (Vec3& normal : room.normals) normal = -normal;
+  for (std::size_t i = 0; i < room.indices.size(); i += 3)
+    std::swap(room.indices[i], room.indices[i + 1]);
+  room.colors.clear();
+  for (const Vec3& position : room.positions) room.colors.push_back(0.5f + 0.25f * position);
+  scene::Material unlit;
+  unlit.unlit = true;
+  unlit.baseColor = Vec3(1.0f);
+  builder.scene().materials.push_back(unlit);
+  builder.add(std::move(room), 0);
+  builder.add(scene::makeIcosphere(0.3f, 5, scene::UvMode::Unit), builder.reflective(1.0f),
+              test::translation({0.9f, 0.2f, -0.4f}));
+  Rig rig(builder.scene(), R"({"center": [0, 0, 0], "face_size": 256, "proxy": "sphere"})");
+  rig.render(cameraAt({-0.3f, 0.5f, 1.0f}, {0.9f, 0.2f, -0.4f}));
+  int checked = 0;
+  for (const Rig::Sample& sample : rig.samples()) {
+    if (sample.object != 2) continue;
+    const float b = glm::dot(sample.place, sample.reflected);
+    const float metres =
+        -b + std::sqrt(b * b + kRadius * kRadius - glm::dot(sample.place, sample.place));
+    const Vec3 hit = sample.place + metres * sample.reflected;
+    // The mirror hides a part of the room from the map
+    if (glm::dot(glm::normalize(hit), glm::normalize(Vec3(0.9f, 0.2f, -0.4f))) > 0.9f) continue;
+    ++checked;
+    EXPECT_LT(glm::length(sample.radiance - (0.5f + 0.25f * hit)), 0.01f);
+  }
+  EXPECT_GT(checked, 400);
 }
 
 TEST(EnvironmentMap, FollowsAMovingSceneAndOnlyThat) {

@@ -34,8 +34,8 @@ std::vector<FlatMirrors> findFlatMirrors(const scene::Scene& scene,
 
 /// What an eye sees, directly or in mirrors.
 struct View {
-  glm::dmat4 clipFromWorld{1.0};  ///< reversed-Z, for the whole frame
-  glm::dvec3 eye{0.0};            ///< metres, world space
+  glm::dmat4 clipFromWorld{1.0};        ///< reversed-Z, for the whole frame
+  glm::dvec3 eye{0.0};                  ///< metres, world space
   glm::dvec4 clip{0.0, 0.0, 0.0, 1.0};  ///< x is drawn where dot(clip, (x, 1)) >= 0
 };
 

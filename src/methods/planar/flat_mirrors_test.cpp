@@ -10,9 +10,9 @@ namespace {
 View testView() {
   const scene::Camera camera =
       scene::lookAt({0.3f, 1.2f, 4.0f}, {0.1f, 0.2f, 0.0f}, {0.0f, 1.0f, 0.0f}, 0.9f);
-  return {glm::dmat4(scene::clipFromCamera(camera, 1.5f)) *
-              glm::dmat4(scene::cameraFromWorld(camera)),
-          glm::dvec3(camera.eye())};
+  return {
+      glm::dmat4(scene::clipFromCamera(camera, 1.5f)) * glm::dmat4(scene::cameraFromWorld(camera)),
+      glm::dvec3(camera.eye())};
 }
 
 TEST(FlatMirrors, AMirroredViewSeesAPointWhereTheViewSeesItsImage) {

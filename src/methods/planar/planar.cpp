@@ -103,8 +103,7 @@ class Planar : public Method {
     const int height = services.gbuffer->sampleHeight();
     for (std::size_t l = 0; l < levels; ++l) {
       Level& level = levels_.emplace_back();
-      level.depth =
-          gl::Texture::make2D("mirrored depth", GL_DEPTH_COMPONENT32F, width, height);
+      level.depth = gl::Texture::make2D("mirrored depth", GL_DEPTH_COMPONENT32F, width, height);
       if (l > 0) level.color = gl::Texture::make2D("mirrored", GL_RGBA32F, width, height);
       level.target = gl::Framebuffer(
           "mirrored", {{.texture = l > 0 ? level.color : services.gbuffer->reflection}},
@@ -164,8 +163,8 @@ class Planar : public Method {
     width_ = gbuffer.sampleWidth();
     height_ = gbuffer.sampleHeight();
     spreadRad_ = scene::pixelSpreadRad(camera, height_);
-    const View view{glm::dmat4(scene::clipFromCamera(camera, static_cast<float>(width_) /
-                                                                 static_cast<float>(height_))) *
+    const View view{glm::dmat4(scene::clipFromCamera(
+                        camera, static_cast<float>(width_) / static_cast<float>(height_))) *
                         glm::dmat4(scene::cameraFromWorld(camera)),
                     glm::dvec3(camera.eye())};
     for (std::size_t m = 0; m < mirrors_.size(); ++m) {
@@ -207,7 +206,8 @@ class Planar : public Method {
     level.target.bind();
     std::vector<int> hidden = mirrors_[mirror].ids;
     for (std::size_t i = 0; i < services.geometry.objects.size(); ++i)
-      if (isCut(view, services.geometry.objects[i].bounds)) hidden.push_back(static_cast<int>(i) + 1);
+      if (isCut(view, services.geometry.objects[i].bounds))
+        hidden.push_back(static_cast<int>(i) + 1);
     gl::DrawState state = raster::within(part);
     state.depth.test = true;
     drawSurfaces(view, part, diffuse_, state, raster::ObjectSet::without(std::move(hidden)),
@@ -257,8 +257,9 @@ class Planar : public Method {
     gl::drawFullScreenTriangle();
   }
 
-  void drawSurfaces(const View& view, const Rectangle& viewed, const raster::SurfaceShaders& shaders,
-                    gl::DrawState state, const raster::ObjectSet& objects, Services& services) {
+  void drawSurfaces(const View& view, const Rectangle& viewed,
+                    const raster::SurfaceShaders& shaders, gl::DrawState state,
+                    const raster::ObjectSet& objects, Services& services) {
     glViewport(viewed.x0, viewed.y0, viewed.width(), viewed.height());
     const Vec4 viewport(viewed.x0, viewed.y0, viewed.width(), viewed.height());
     const Vec4 plane(view.clip);
@@ -294,7 +295,7 @@ class Planar : public Method {
       .outputs = raster::kNormalOutput | raster::kSpecularOutput | raster::kTintOutput};
   raster::Background background_{"raster/shaders/background.frag"};
   raster::DrawList list_;
-  int width_ = 0;   ///< of the frame, in samples
+  int width_ = 0;  ///< of the frame, in samples
   int height_ = 0;
   float spreadRad_ = 0.0f;
   Counts counts_;

@@ -32,7 +32,7 @@ scene::Scene corner(bool ggx = false) {
   const auto plane = [] { return scene::makePlane({3.0f, 3.0f}, {1, 1}, scene::UvMode::Unit); };
   int mirror = builder.reflective(0.8f, 0.0f, Vec3(0.5f), Vec3(0.9f, 0.7f, 0.5f));
   if (ggx) builder.scene().materials.back().lobe = scene::LobeModel::Ggx;
-  
+
   builder.add(plane(), mirror);
   builder.add(plane(), mirror, translation({0.0f, 1.0f, -1.2f}) * rotation(90.0f, {1, 0, 0}));
   mirror = builder.reflective(0.5f);
@@ -114,8 +114,8 @@ TEST(Planar, FollowsAMirrorThatMoves) {
   builder.constantEnvironment(Vec3(0.25f));
   const int mirror = builder.add(scene::makePlane({3.0f, 3.0f}, {1, 1}, scene::UvMode::Unit),
                                  builder.reflective(1.0f));
-  builder.add(scene::makeSphere(0.4f, 64, 32, scene::UvMode::Unit),
-              builder.diffuse(Vec3(0.0f)), translation({0.0f, 0.5f, 0.0f}));
+  builder.add(scene::makeSphere(0.4f, 64, 32, scene::UvMode::Unit), builder.diffuse(Vec3(0.0f)),
+              translation({0.0f, 0.5f, 0.0f}));
   builder.move(mirror, Vec3(0.0f, -1.0f, 0.0f), 1.0f);
   test::GlStage stage(builder.scene(), test::framesOf(kWidth, kHeight, 1));
   test::GlMethod method(stage, planarEntry());

@@ -1,14 +1,36 @@
 // Incoming radiance along the reflected ray from a cube map around the scene.
 //   GLOSSY  1: the mip level whose filter is as wide as the lobe
 //   MASKS   1: every sample is marked as an environment look-up
+//   PROXY   0: what the map shows is infinitely far; 1: on a box; 2: on a sphere about its centre
 #include "raster/shaders/lobe.glsl"
 #include "raster/shaders/masks.glsl"
 
-uniform mat3 rayFromSample;  // (sample position, 1) to a ray of any length, world space
+uniform mat3 rayFromSample;  // (sample position, 1) to a ray of 1 m along the axis, world space
 uniform float levelOffset;   // 0.5 log2(4 / solid angle of a texel of level 0, sr)
 uniform float lastLevel;
 layout(binding = 0) uniform sampler2D normalSamples;  // xyz shading normal, a = g
 layout(binding = 1) uniform samplerCube cubeMap;
+
+#if PROXY
+layout(binding = 2) uniform sampler2D depthSamples;  // reversed-Z
+uniform float nearMetres;
+uniform vec3 centre;  // of the map, from the eye
+uniform vec3 least;   // corners of the box, from the eye
+uniform vec3 most;
+uniform float radius;
+
+// Metres from p, which is within the proxy, to where the unit direction d leaves it.
+float exitOf(vec3 p, vec3 d) {
+#if PROXY == 1
+  vec3 exits = max((least - p) / d, (most - p) / d);
+  return max(min(exits.x, min(exits.y, exits.z)), 0.0);
+#else
+  vec3 fromCentre = p - centre;
+  float b = dot(fromCentre, d);
+  return max(sqrt(max(b * b + radius * radius - dot(fromCentre, fromCentre), 0.0)) - b, 0.0);
+#endif
+}
+#endif
 
 // Counting would otherwise run the shader before the stencil test
 layout(early_fragment_tests) in;
@@ -21,7 +43,8 @@ layout(location = 1) out uint mask;
 
 void main() {
   vec4 normalAndG = texelFetch(normalSamples, ivec2(gl_FragCoord.xy), 0);
-  vec3 ray = normalize(rayFromSample * vec3(gl_FragCoord.xy, 1.0));
+  vec3 along = rayFromSample * vec3(gl_FragCoord.xy, 1.0);  // 1 m along the axis
+  vec3 ray = normalize(along);
   vec3 reflected = reflect(ray, normalAndG.xyz);
 #if GLOSSY
   // A texel of w rad, filtered bilinearly, has the variance w^2 / 4
@@ -30,7 +53,22 @@ void main() {
 #else
   const float level = 0.0;
 #endif
-  reflection = vec4(textureLod(cubeMap, reflected, level).rgb, 1.0);
+  vec3 radiance = textureLod(cubeMap, reflected, level).rgb;
+#if PROXY
+  vec3 place = along * (nearMetres / max(texelFetch(depthSamples, ivec2(gl_FragCoord.xy), 0).r, 1e-30));
+  float metres = exitOf(place, reflected);
+  vec3 seen = place + metres * reflected - centre;
+#if GLOSSY
+  // The lobe is as much narrower from the map's centre as that is farther away
+  float farther = log2(max(metres, 1e-20) / max(length(seen), 1e-20));
+  vec4 near = textureLod(cubeMap, seen, clamp(level + farther, 0.0, lastLevel));
+#else
+  vec4 near = textureLod(cubeMap, seen, level);
+#endif
+  // The environment, which alpha marks, is infinitely far
+  radiance = mix(radiance, near.rgb, near.a);
+#endif
+  reflection = vec4(radiance, 1.0);
   bool below = isBent(normalAndG.a);
   if (below) atomicAdd(bent, 1u);
 #if MASKS
