@@ -46,7 +46,7 @@ PUBLIC_IN_ROOMS = {
 # Third-party headers and the one folder that may include them.
 OWNERS = {
     r"nlohmann/": "config", r"embree": "trace", r"OpenEXR/": "image", r"OpenColorIO/": "image",
-    r"tiny_gltf": "scene", r"glad/": "gl", r"CLI/": "app", r"tbb/": "core", r"spdlog/": "core",
+    r"tiny_gltf": "scene", r"draco/": "scene", r"glad/": "gl", r"CLI/": "app", r"tbb/": "core", r"spdlog/": "core",
     r"cairo": "report", r"glm/": "core", r"SQLiteCpp/": "nightly", r"sqlite3": "nightly",
     r"png\.h": "image", r"jpeglib\.h": "image", r"EGL/": "gl", r"GL/": "gl",
 }

@@ -28,6 +28,26 @@ LoadLimits limitsOfEnvironment() {
   return limits;
 }
 
+std::filesystem::path assetFile(const std::filesystem::path& folder,
+                                const std::filesystem::path& name, const LoadLimits& limits) {
+  namespace fs = std::filesystem;
+  const auto inside = [](const fs::path& relative) {
+    return !relative.empty() && relative.is_relative() && *relative.begin() != "..";
+  };
+  std::error_code ignored;
+  const fs::path inner = name.lexically_normal();
+  if (inside(inner)) {
+    if (!fs::exists(folder / inner, ignored))
+      for (const fs::path& other : limits.assetFolders)
+        if (fs::exists(other / inner, ignored)) return other / inner;
+    return folder / inner;
+  }
+  const fs::path whole = fs::absolute(folder / name).lexically_normal();
+  for (const fs::path& other : limits.assetFolders)
+    if (inside(whole.lexically_relative(fs::absolute(other).lexically_normal()))) return whole;
+  return {};
+}
+
 Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits,
                 const std::optional<Environment>& environment) {
   std::string extension = file.extension().string();

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "scene/scene.h"
 
@@ -30,11 +31,20 @@ struct LoadLimits {
   std::size_t maxTexturePixels = std::size_t{1} << 26;
   std::size_t maxNodes = 1'000'000;
   bool showMissingTextures = false;  ///< of glTF files: a checkerboard and a warning, no error
+  std::vector<std::filesystem::path> assetFolders = {};  ///< see assetFile()
 };
 
 /// The default limits. The environment variable CATOPTRIC_SCENE_MIB, if set, determines maxBytes.
 /// Throws UsageError if it is not a whole number from 1 to 1048576.
 LoadLimits limitsOfEnvironment();
+
+/// The file `name` that a file of the scene in `folder` names: there or below, else in the first of
+/// limits.assetFolders that has it. A name that leads out of `folder` must lead into one of these.
+/// Empty: it does not.
+std::filesystem::path assetFile(const std::filesystem::path& folder,
+                                const std::filesystem::path& name, const LoadLimits& limits);
+/// Ends the message of a missing asset.
+inline constexpr const char* kAssetHint = "; --asset-path FOLDER names folders to look in";
 
 /// Loads and checks a scene. `environment`, if given, replaces the scene's own; without it a glTF
 /// file that has no lights gets the default environment. Throws SceneError, which names the file,

@@ -359,7 +359,7 @@ def gltf_nodes(cases, document):
         ("/asset", [GONE, 5], "@/asset "),
         ("/asset/minVersion", [2.0, [1], "2.1"], "@/asset/minVersion "),
         ("/asset/version", ["1.0", "3.0", 2.0, GONE], "@/asset/version "),
-        ("/extensionsRequired", [["KHR_draco_mesh_compression"]], "@/extensionsRequired/0 "),
+        ("/extensionsRequired", [["KHR_materials_volume"]], "@/extensionsRequired/0 "),
         ("/scene", [1, -1, "0"], ""),
         ("/scenes", [5], ""),
         ("/scenes/0/nodes", [[3], [-1], ["a"], 5], ""),

@@ -153,7 +153,8 @@ std::vector<int> Composer::overriddenMaterials(const Value& object, const Asset&
 }
 
 void Composer::addAsset(const Value& object, int self, const std::string& name) {
-  Asset& asset = assets_.at((file_.parent_path() / object.get("asset").asString()).string());
+  Asset& asset =
+      assets_.at(describedFile(object.get("asset"), file_.parent_path(), limits_).string());
   if (object.has("morph")) object.get("morph").fail("\"morph\" needs a \"shape\"");
   const std::vector<bool> wanted = wantedObjects(object, asset);
   // Bounds need the meshes, which move away at first use: taken now for any object that needs them
@@ -217,7 +218,7 @@ void Composer::copyAsset(const Value& object, const Asset& asset, int root, cons
 bool Composer::anyFits(const std::vector<Value>& objects, const std::filesystem::path& file) const {
   return std::any_of(objects.begin(), objects.end(), [&](const Value& object) {
     if ((object.has("fit") || object.has("anchor")) && object.has("asset") &&
-        file_.parent_path() / object.get("asset").asString() == file) {
+        describedFile(object.get("asset"), file_.parent_path(), limits_) == file) {
       return true;
     }
     return object.has("children") && anyFits(object.get("children").asArray(), file);

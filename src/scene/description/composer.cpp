@@ -96,7 +96,8 @@ void Composer::checkObject(const Value& object, config::Errors& errors) {
   }
   if (object.has("asset") && visible(object)) {
     const std::filesystem::path relative(object.get("asset").asString());
-    const std::filesystem::path path = fileBeside(object.get("asset"), file_.parent_path());
+    const std::filesystem::path path =
+        describedFile(object.get("asset"), file_.parent_path(), limits_);
     const auto [entry, isNew] = assets_.try_emplace(path.string());
     if (isNew) {
       entry->second.file = path;
@@ -105,7 +106,7 @@ void Composer::checkObject(const Value& object, config::Errors& errors) {
         if (*relative.begin() == "assets" && nearestFile(path).empty())
           missingAssets_.push_back(object.get("asset"));
         else
-          errors.add(object.get("asset"), noFileText(path));
+          errors.add(object.get("asset"), noFileText(path) + kAssetHint);
       }
     }
   }
@@ -232,15 +233,17 @@ void Composer::checkMark(const Value& object, std::size_t firstObject) {
       "\"reflective\": {\"s\": 0.5, \"g\": 0}");
 }
 
-std::filesystem::path fileBeside(const Value& name, const std::filesystem::path& folder) {
-  const std::filesystem::path relative(name.asString());
-  if (relative.empty() || relative.is_absolute()) {
-    name.fail(name.dump() + " is not a path relative to the description");
+std::filesystem::path describedFile(const Value& name, const std::filesystem::path& folder,
+                                    const LoadLimits& limits) {
+  const std::filesystem::path named(name.asString());
+  if (named.empty()) name.fail("\"\" names no file");
+  const std::filesystem::path file = assetFile(folder, named, limits);
+  if (file.empty()) {
+    name.fail(name.dump() +
+              " is outside the folder of the scene; copy the file into that folder, or name its "
+              "own by --asset-path");
   }
-  if (*relative.lexically_normal().begin() == "..") {
-    name.fail(name.dump() + " is outside the folder of the scene; copy the file into that folder");
-  }
-  return folder / relative;
+  return file;
 }
 
 Scene loadDescription(const std::filesystem::path& file, const LoadLimits& limits) {

@@ -72,9 +72,10 @@ class MaterialLibrary {
   std::vector<TextureJob> jobs_;
 };
 
-/// The path of a file that a description in `folder` names. Throws UsageError if it lies outside
-/// the folder.
-std::filesystem::path fileBeside(const config::Value& name, const std::filesystem::path& folder);
+/// The file that a description in `folder` names, as assetFile() finds it. Throws UsageError if it
+/// lies outside all folders.
+std::filesystem::path describedFile(const config::Value& name, const std::filesystem::path& folder,
+                                    const LoadLimits& limits);
 
 /// The rotation of "rotate", given as degrees [r, p, h]: about z first, then x, then y.
 Quat rotationOf(const Vec3& degreesXyz);

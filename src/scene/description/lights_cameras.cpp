@@ -144,9 +144,9 @@ void Composer::setEnvironment() {
     environment.ground = colorOf(value.get("ground"));
   } else {
     environment.type = EnvironmentType::File;
-    environment.file = fileBeside(value.get("file"), file_.parent_path());
+    environment.file = describedFile(value.get("file"), file_.parent_path(), limits_);
     if (!std::filesystem::is_regular_file(environment.file)) {
-      value.get("file").fail(noFileText(environment.file));
+      value.get("file").fail(noFileText(environment.file) + kAssetHint);
     }
     if (value.has("rotate")) {
       environment.rotationRad = radians(static_cast<float>(value.get("rotate").asNumber()));

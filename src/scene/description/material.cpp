@@ -287,7 +287,7 @@ int MaterialLibrary::texture(const Value& source, bool srgb, const Value& materi
     key += "procedural " + source.dump();
   } else {
     job.kind = TextureJob::Kind::File;
-    job.file = fileBeside(source, folder_);
+    job.file = describedFile(source, folder_, limits_);
     key += "file " + job.file.string();
   }
   const int index = addJob(key, job);
@@ -359,7 +359,7 @@ void MaterialLibrary::finish() {
       try {
         bytes = readFile(first.file, limits_.maxFileBytes);
       } catch (const Error& e) {
-        first.source.fail(e.what());
+        first.source.fail(std::string(e.what()) + kAssetHint);
       }
       image = image::decodeImage8(bytes, first.source.place().text() + ": " + first.file.string(),
                                   limits_.maxTexturePixels);

@@ -185,15 +185,20 @@ int Reader::componentsOf(int accessor) const {
 
 std::span<const std::uint8_t> Reader::bytesOf(int bufferView, const std::string& place) const {
   const tinygltf::BufferView& view = model.bufferViews[static_cast<std::size_t>(bufferView)];
-  const std::vector<unsigned char>& data =
-      model.buffers[static_cast<std::size_t>(view.buffer)].data;
-  if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset) {
-    fail(place, "/bufferViews/" + std::to_string(bufferView) + " (" +
-                    std::to_string(view.byteLength) + " bytes at " +
-                    std::to_string(view.byteOffset) + ") reaches past the end of its buffer (" +
-                    std::to_string(data.size()) + " bytes)");
+  return bytesOf(view.buffer, view.byteOffset, view.byteLength,
+                 elementPlace("bufferViews", static_cast<std::size_t>(bufferView)), place);
+}
+
+std::span<const std::uint8_t> Reader::bytesOf(int buffer, std::size_t offset, std::size_t length,
+                                              const std::string& what,
+                                              const std::string& place) const {
+  const std::vector<unsigned char>& data = model.buffers[static_cast<std::size_t>(buffer)].data;
+  if (offset > data.size() || length > data.size() - offset) {
+    fail(place, what + " (" + std::to_string(length) + " bytes at " + std::to_string(offset) +
+                    ") reaches past the end of its buffer (" + std::to_string(data.size()) +
+                    " bytes)");
   }
-  return {data.data() + view.byteOffset, view.byteLength};
+  return {data.data() + offset, length};
 }
 
 Reader::Layout Reader::layoutOf(int index, const std::string& place) const {

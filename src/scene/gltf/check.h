@@ -18,6 +18,9 @@ namespace catoptric::scene::gltf {
 
 /// Whether the loader reads an extension.
 bool isKnownExtension(std::string_view name);
+/// Whether an extension gives textures images of another kind. A file may require it; a material
+/// that needs such an image is refused.
+bool isImageExtension(std::string_view name);
 
 /// The results of a check that found no error.
 struct Checked {

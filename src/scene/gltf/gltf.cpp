@@ -46,12 +46,12 @@ bool readWholeFile(std::vector<unsigned char>* out, std::string*, const std::str
       return true;
     }
     const std::filesystem::path path =
-        reader.folder / relativePath(entry.uri, reader.file, entry.place);
+        fileOfUri(entry.uri, reader.file, reader.limits, entry.place);
     std::vector<std::byte> bytes;
     try {
       bytes = readFile(path, reader.limits.maxFileBytes);
     } catch (const Error& e) {
-      reader.fail(entry.place, e.what());
+      reader.fail(entry.place, std::string(e.what()) + kAssetHint);
     }
     if (bytes.size() < entry.byteLength) {
       reader.fail(entry.place, path.string() + " has " + std::to_string(bytes.size()) +
@@ -119,6 +119,8 @@ Scene loadGltf(const std::filesystem::path& file, const LoadLimits& limits) {
     container = splitContainer(bytes, reader.file);
   }
   parse(reader, bytes, container, checked.external);
+
+  decompress(reader);
 
   const auto uses = [&](const char* name) {
     const std::vector<std::string>& used = reader.model.extensionsUsed;

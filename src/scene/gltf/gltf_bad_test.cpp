@@ -68,10 +68,8 @@ std::vector<Bad> badSyntax() {
        [](GltfWriter& w) { w.members["extras"] = std::string("1}\0{", 4); }},
       {"ZeroInName", "", "/nodes/0/name: the character \\u0000 is not allowed",
        [](GltfWriter& w) { w.arrays["nodes"] = {R"({"name":"a\u0000b","mesh":0})"}; }},
-      {"RequiredExtension", "/extensionsRequired/0", "\"KHR_draco_mesh_compression\" is required",
-       [](GltfWriter& w) {
-         w.members["extensionsRequired"] = R"(["KHR_draco_mesh_compression"])";
-       }},
+      {"RequiredExtension", "/extensionsRequired/0", "\"KHR_materials_volume\" is required",
+       [](GltfWriter& w) { w.members["extensionsRequired"] = R"(["KHR_materials_volume"])"; }},
       {"MeshIsString", "/nodes/0/mesh", "must be a number, is a string",
        [](GltfWriter& w) { w.arrays["nodes"] = {R"({"mesh":"0"})"}; }},
       {"NodesIsObject", "/nodes", "must be an array",

@@ -11,6 +11,11 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using namespace catoptric::scene::testing;
 
+std::string pngBytes(int width, const std::vector<std::uint8_t>& rgba) {
+  const std::vector<std::byte> png = image::encodePng(width, 1, 4, rgba);
+  return {reinterpret_cast<const char*>(png.data()), png.size()};
+}
+
 TEST_F(Gltf, MetallicRoughnessAndExtensionsGiveSAndG) {
   Material m = materialOf(
       R"({"name":"gold","pbrMetallicRoughness":{"baseColorFactor":[0.8,0.6,0.2,1],"metallicFactor":0.5,"roughnessFactor":0.3}})");
@@ -124,8 +129,7 @@ TEST_F(Gltf, PrimitivesWithoutMaterialAreDiffuseWhite) {
 
 TEST_F(Gltf, TexturesSamplersAndTransforms) {
   const std::vector<std::uint8_t> pixels = {255, 0, 0, 255, 0, 255, 0, 255};
-  const std::vector<std::byte> png = image::encodePng(2, 1, 4, pixels);
-  const std::string bytes(reinterpret_cast<const char*>(png.data()), png.size());
+  const std::string bytes = pngBytes(2, pixels);
   folder.write("colour #1.png", bytes);
   w = triangleFile();
   w.add("images",
@@ -190,6 +194,38 @@ TEST_F(Gltf, MissingTexturesShowACheckerboardWhereThatIsAskedFor) {
   };
   EXPECT_EQ(levels(m.baseColorTexture).front().width, 8);
   EXPECT_EQ(levels(m.normalTexture).front().rgba, (std::vector<std::uint8_t>{128, 128, 255, 255}));
+}
+
+TEST_F(Gltf, ImagesOfOtherKindsAreRefusedWhereAMaterialNeedsThem) {
+  const auto use = [&](const std::string& texture, const std::string& material) {
+    w = triangleFile();
+    w.members["extensionsUsed"] = w.members["extensionsRequired"] = R"(["KHR_texture_basisu"])";
+    w.arrays["meshes"] = {R"({"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":)" +
+                          std::to_string(w.floats({0, 0, 1, 0, 0, 1}, "VEC2")) +
+                          R"(},"indices":2,"material":0}]})"};
+    w.add("images", R"({"uri":"data:image/ktx2;base64,q0tUWCAyMLs=","mimeType":"image/ktx2"})");
+    w.add("images",
+          R"({"uri":"data:image/png;base64,)" + base64(pngBytes(1, {9, 9, 9, 255})) + "\"}");
+    w.add("textures", texture);
+    w.add("materials", material);
+  };
+  const std::string only = R"({"extensions":{"KHR_texture_basisu":{"source":0}}})";
+  const std::string base = R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})";
+  use(only, base);
+  try {
+    load();
+    ADD_FAILURE() << "loaded";
+  } catch (const SceneError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("/images/0: is an image of KHR_texture_basisu, which is not "
+                                    "supported; PNG and JPEG are"));
+  }
+  const Scene shown = loadGltf(w.gltf(folder), {.showMissingTextures = true});
+  EXPECT_THAT(shown.warnings, ElementsAre(HasSubstr("an image of KHR_texture_basisu")));
+
+  use(R"({"source":1,"extensions":{"KHR_texture_basisu":{"source":0}}})", base);
+  EXPECT_EQ(load().textures.at(0).levels.front().width, 1);
+  use(only, R"({"occlusionTexture":{"index":0}})");
+  EXPECT_TRUE(load().textures.empty());
 }
 
 }  // namespace

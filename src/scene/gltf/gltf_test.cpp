@@ -425,5 +425,49 @@ TEST_F(Gltf, LargeIntegersOfExtensionsDoNotWrap) {
   EXPECT_LT(load().materials[0].roughness, 1e-3f);
 }
 
+TEST_F(Gltf, FilesAreAlsoLookedForInAssetFolders) {
+  w = triangleFile();
+  const std::string bytes = w.buffer;
+  const auto file = [&](const std::string& uri) {
+    w.arrays["buffers"] = {R"({"byteLength":)" + std::to_string(bytes.size()) + R"(,"uri":")" +
+                           uri + "\"}"};
+    return w.gltf(folder);
+  };
+  const TemporaryFolder first;
+  const TemporaryFolder second;
+  std::filesystem::create_directory(second.path() / "parts");
+  second.write("parts/a.bin", bytes);
+  const LoadLimits limits{.assetFolders = {first.path(), second.path()}};
+  const auto scene = file("parts/a.bin");
+  try {
+    loadGltf(scene);
+    ADD_FAILURE() << "loaded";
+  } catch (const SceneError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("--asset-path"));
+  }
+  EXPECT_EQ(loadGltf(scene, limits).objects.size(), 1u);
+
+  // The scene's own folder comes first, then the folders in their order; the fingerprint tells them
+  const auto printOf = [&](const std::filesystem::path& gltf) {
+    Scene loaded = loadGltf(gltf, limits);
+    finishScene(loaded);
+    return loaded.fingerprint;
+  };
+  const auto before = printOf(scene);
+  w.buffer[0] = 1;
+  std::filesystem::create_directory(first.path() / "parts");
+  first.write("parts/a.bin", w.buffer);
+  EXPECT_NE(printOf(scene), before);
+  std::filesystem::create_directory(folder.path() / "parts");
+  folder.write("parts/a.bin", bytes);
+  EXPECT_EQ(printOf(scene), before);
+
+  // Names that lead out of the scene's folder must lead into one of the others
+  const std::string up = "../" + second.path().filename().string() + "/parts/a.bin";
+  EXPECT_EQ(loadGltf(file(up), limits).objects.size(), 1u);
+  EXPECT_THROW(loadGltf(file(up)), SceneError);
+  EXPECT_THROW(loadGltf(file(up), {.assetFolders = {first.path()}}), SceneError);
+}
+
 }  // namespace
 }  // namespace catoptric::scene

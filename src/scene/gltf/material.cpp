@@ -11,6 +11,7 @@
 #include "scene/finish.h"
 #include "scene/gltf/check.h"
 #include "scene/gltf/reader.h"
+#include "scene/gltf/rules.h"
 #include "scene/reflectance.h"
 #include "scene/texture.h"
 
@@ -93,12 +94,17 @@ class MaterialReader {
     if (index < 0) return result;
     const tinygltf::Texture& source = reader_.model.textures[static_cast<std::size_t>(index)];
     const std::string self = elementPlace("textures", static_cast<std::size_t>(index));
-    if (source.source < 0) {
-      note(place + ": " + self + " is ignored, because it has no PNG or JPEG image");
-      return result;
-    }
     TextureKey key;
     key.image = source.source;
+    for (const auto& [name, other] : source.extensions) {
+      if (key.image >= 0 || !isImageExtension(name)) continue;
+      key.image = static_cast<int>(numberOr(other, "source", kNone));
+      unreadable_.try_emplace(key.image, name);
+    }
+    if (key.image < 0) {
+      note(place + ": " + self + " is ignored, because it has no image");
+      return result;
+    }
     key.srgb = srgb;
     if (source.sampler >= 0) {
       const tinygltf::Sampler& sampler =
@@ -278,26 +284,36 @@ class MaterialReader {
     std::vector<std::byte> file;
     std::span<const std::byte> bytes;
     std::string name = reader_.file + ": " + place;
+    const std::string instead =
+        " (to render it with a checkerboard instead: --set missing_textures=show)";
+    if (const auto found = unreadable_.find(index); found != unreadable_.end()) {
+      if (reader_.limits.showMissingTextures) return std::nullopt;
+      reader_.fail(place, "is an image of " + found->second +
+                              ", which is not supported; PNG and JPEG are" + instead);
+    }
     if (source.bufferView >= 0) {
       bytes = std::as_bytes(reader_.bytesOf(source.bufferView, place));
     } else if (!source.image.empty()) {
       bytes = std::as_bytes(std::span(source.image));
     } else {
       const std::filesystem::path path =
-          reader_.folder / relativePath(source.uri, reader_.file, place + "/uri");
+          fileOfUri(source.uri, reader_.file, reader_.limits, place + "/uri");
       try {
         file = readFile(path, reader_.limits.maxFileBytes);
       } catch (const Error& e) {
         if (reader_.limits.showMissingTextures) return std::nullopt;
-        reader_.fail(
-            place + "/uri",
-            std::string(e.what()) +
-                " (to render it with a checkerboard instead: --set missing_textures=show)");
+        reader_.fail(place + "/uri", e.what() + std::string(kAssetHint) + instead);
       }
       bytes = file;
       name += " (" + path.string() + ")";
     }
     return image::decodeImage8(bytes, name, reader_.limits.maxTexturePixels);
+  }
+
+  std::string whyMissing(int image) const {
+    const auto found = unreadable_.find(image);
+    if (found != unreadable_.end()) return "an image of " + found->second + " is not supported";
+    return gltf::quoted(reader_.model.images[static_cast<std::size_t>(image)].uri) + " is missing";
   }
 
   /// What is drawn for a missing image: colours show a checkerboard, data change nothing.
@@ -347,8 +363,7 @@ class MaterialReader {
       if (job.missing)
         reader_.scene.warnings.push_back(
             reader_.file + ": " + elementPlace("images", static_cast<std::size_t>(job.image)) +
-            ": \"" + reader_.model.images[static_cast<std::size_t>(job.image)].uri +
-            "\" is missing: its colours show a checkerboard");
+            ": " + whyMissing(job.image) + ": its colours show a checkerboard");
     }
   }
 
@@ -384,7 +399,8 @@ class MaterialReader {
 
   Reader& reader_;
   std::map<TextureKey, int> textures_;
-  std::vector<TextureKey> keys_;  ///< of scene.textures
+  std::vector<TextureKey> keys_;           ///< of scene.textures
+  std::map<int, std::string> unreadable_;  ///< images of a kind that some extension adds
 };
 
 }  // namespace

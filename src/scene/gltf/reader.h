@@ -40,10 +40,9 @@ enum Component : unsigned {
 class Reader {
  public:
   Reader(const std::filesystem::path& path, const LoadLimits& limitsIn)
-      : file(path.string()), folder(path.parent_path()), limits(limitsIn) {}
+      : file(path.string()), limits(limitsIn) {}
 
   std::string file;
-  std::filesystem::path folder;
   LoadLimits limits;
   tinygltf::Model model;
   Scene scene;
@@ -79,6 +78,9 @@ class Reader {
 
   /// The bytes of a buffer view, with a bounds check.
   std::span<const std::uint8_t> bytesOf(int bufferView, const std::string& place) const;
+  /// The same of a part of a buffer, which messages call `what`.
+  std::span<const std::uint8_t> bytesOf(int buffer, std::size_t offset, std::size_t length,
+                                        const std::string& what, const std::string& place) const;
 
  private:
   struct Layout;
@@ -103,6 +105,9 @@ std::string elementPlace(const char* array, std::size_t index);
 /// A quaternion of the file. Throws SceneError at `place` if its length is not 1.
 Quat unitRotation(const Reader& reader, float x, float y, float z, float w,
                   const std::string& place);
+
+/// Replaces compressed buffer views, and accessors of compressed primitives, by plain ones.
+void decompress(Reader& reader);
 
 // ---- Functions that each fill one part of reader.scene ----
 

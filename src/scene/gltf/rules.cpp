@@ -77,10 +77,19 @@ Rule array(std::string_view key, const Table& table, bool required = false) {
 // anything; only "catoptric" in them is ours.
 struct Tables {
   Table asset{{text("version", true), text("minVersion"), text("generator"), text("copyright")}};
-  Table buffer{{integer("byteLength", 1, kMaxBytes, true), text("uri"), text("name")}};
+  Table fallback{{boolean("fallback")}};
+  Table bufferExtensions{{object("EXT_meshopt_compression", fallback)}};
+  Table buffer{{integer("byteLength", 1, kMaxBytes, true), text("uri"), text("name"),
+                object("extensions", bufferExtensions)}};
+  Table meshopt{{index("buffer", "buffers", true), integer("byteOffset", 0, kMaxBytes),
+                 integer("byteLength", 1, kMaxBytes, true), integer("byteStride", 1, 256, true),
+                 integer("count", 1, kMaxBytes, true),
+                 word("mode", {"ATTRIBUTES", "TRIANGLES", "INDICES"}, true),
+                 word("filter", {"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL"})}};
+  Table viewExtensions{{object("EXT_meshopt_compression", meshopt)}};
   Table bufferView{{index("buffer", "buffers", true), integer("byteOffset", 0, kMaxBytes),
                     integer("byteLength", 1, kMaxBytes, true), integer("byteStride", 4, 252),
-                    code("target", {34962, 34963})}};
+                    code("target", {34962, 34963}), object("extensions", viewExtensions)}};
   Table sparseIndices{{index("bufferView", "bufferViews", true),
                        integer("byteOffset", 0, kMaxIndex),
                        code("componentType", {5121, 5123, 5125}, true)}};
@@ -93,8 +102,16 @@ struct Tables {
                   boolean("normalized"), integer("count", 1, kMaxBytes, true),
                   word("type", {"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"}, true),
                   object("sparse", sparse)}};
+  Table draco{{index("bufferView", "bufferViews", true),
+               {.key = "attributes",
+                .kind = Kind::IndexMap,
+                .required = true,
+                .minimum = 0,
+                .maximum = kMaxIndex}}};
+  Table primitiveExtensions{{object("KHR_draco_mesh_compression", draco)}};
   Table primitive{{accessorMap("attributes", true), index("indices", "accessors"),
-                   index("material", "materials"), code("mode", {0, 1, 2, 3, 4, 5, 6})}};
+                   index("material", "materials"), code("mode", {0, 1, 2, 3, 4, 5, 6}),
+                   object("extensions", primitiveExtensions)}};
   Table mesh{{text("name"), array("primitives", primitive, true), numbers("weights", 0)}};
   Table instancing{{accessorMap("attributes", true)}};
   Table nodeLight{{integer("light", 0, kMaxIndex, true)}};
@@ -142,7 +159,12 @@ struct Tables {
                   object("emissiveTexture", textureInfo), numbers("emissiveFactor", 3, 0, 1e6),
                   word("alphaMode", {"OPAQUE", "MASK", "BLEND"}), number("alphaCutoff", 0, 1e6),
                   boolean("doubleSided"), object("extensions", materialExtensions)}};
-  Table texture{{text("name"), index("sampler", "samplers"), index("source", "images")}};
+  Table otherImage{{index("source", "images", true)}};
+  Table imageExtensions{
+      {object("KHR_texture_basisu", otherImage), object("EXT_texture_webp", otherImage),
+       object("EXT_texture_avif", otherImage), object("MSFT_texture_dds", otherImage)}};
+  Table texture{{text("name"), index("sampler", "samplers"), index("source", "images"),
+                 object("extensions", imageExtensions)}};
   Table sampler{{code("magFilter", {9728, 9729}),
                  code("minFilter", {9728, 9729, 9984, 9985, 9986, 9987}),
                  code("wrapS", {33071, 33648, 10497}), code("wrapT", {33071, 33648, 10497})}};

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "scene/gltf/check.h"
+#include "scene/gltf/compressed.h"
 #include "scene/gltf/rules.h"
 
 namespace catoptric::scene::gltf {
@@ -21,7 +22,11 @@ const std::array kKnownExtensions = {
     std::string("KHR_materials_ior"),          std::string("KHR_materials_emissive_strength"),
     std::string("KHR_materials_unlit"),        std::string("KHR_materials_clearcoat"),
     std::string("KHR_materials_transmission"), std::string("KHR_materials_anisotropy"),
-    std::string("KHR_lights_punctual")};
+    std::string("KHR_lights_punctual"),        std::string("EXT_meshopt_compression"),
+    std::string("KHR_draco_mesh_compression")};
+const std::array kImageExtensions = {
+    std::string("KHR_texture_basisu"), std::string("EXT_texture_webp"),
+    std::string("EXT_texture_avif"), std::string("MSFT_texture_dds")};
 
 void checkExtensions(const Checker& check, const Value& root) {
   for (const char* key : {"extensionsUsed", "extensionsRequired"}) {
@@ -34,7 +39,8 @@ void checkExtensions(const Checker& check, const Value& root) {
       const std::string itemPlace = place + "/" + std::to_string(i);
       check.require(items[i], Value::Kind::String, itemPlace);
       const std::string& name = items[i].asString();
-      if (!isKnownExtension(name) && std::string_view(key) == "extensionsRequired") {
+      if (!isKnownExtension(name) && !isImageExtension(name) &&
+          std::string_view(key) == "extensionsRequired") {
         check.failAt(itemPlace, "extension " + quoted(name) +
                                     " is required but not supported; supported are " +
                                     joined(kKnownExtensions, ", "));
@@ -139,7 +145,8 @@ void checkMeshes(const Checker& check, const Value& root) {
                                              std::to_string(targetCount));
       }
       // The parser refuses this case with less to go by.
-      if (primitives[p].has("indices")) {
+      if (primitives[p].has("indices") &&
+          !primitives[p].get("extensions").has("KHR_draco_mesh_compression")) {
         const auto accessor = static_cast<std::size_t>(primitives[p].get("indices").asNumber());
         if (!root.get("accessors").asArray()[accessor].has("bufferView")) {
           check.failAt("/accessors/" + std::to_string(accessor),
@@ -218,6 +225,10 @@ bool isKnownExtension(std::string_view name) {
          kKnownExtensions.end();
 }
 
+bool isImageExtension(std::string_view name) {
+  return std::ranges::find(kImageExtensions, name) != kImageExtensions.end();
+}
+
 Checked checkJson(const Container& container, const std::string& file,
                   const LoadLimits& limits) try {
   checkNesting(container.json, file);
@@ -240,6 +251,7 @@ Checked checkJson(const Container& container, const std::string& file,
   checkMaterials(check, root);
   checkCameras(check, root);
   checkAnimations(check, root);
+  checkCompressed(check, root, checked.rewrites);
   checked.external = checkUris(root, container, file, limits);
   std::sort(checked.rewrites.begin(), checked.rewrites.end(),
             [](const Rewrite& a, const Rewrite& b) { return a.begin < b.begin; });

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "core/text.h"
+#include "scene/gltf/compressed.h"
 #include "scene/gltf/rules.h"
 
 namespace catoptric::scene::gltf {
@@ -51,6 +52,7 @@ void checkBufferUris(const Value& root, const Container& container, const std::s
            std::to_string(length) + " bytes, more than the " + std::to_string(limits.maxFileBytes) +
                " allowed");
     }
+    if (isEmptyFallback(buffer)) continue;
     if (!buffer.has("uri")) {
       if (!container.binary || i != 0) {
         fail(file, place, "has no uri (only the first buffer of a .glb file may do without)");
@@ -71,7 +73,7 @@ void checkBufferUris(const Value& root, const Container& container, const std::s
                  std::to_string(have) + " bytes");
       }
     } else {
-      relativePath(uri, file, place + "/uri");
+      fileOfUri(uri, file, limits, place + "/uri");
     }
     // The same file as two buffers of different length: the parser asks by name only.
     const auto [entry, isNew] = external.byParserName.try_emplace(
@@ -83,7 +85,8 @@ void checkBufferUris(const Value& root, const Container& container, const std::s
   }
 }
 
-void checkImageUris(const Value& root, const std::string& file, External& external) {
+void checkImageUris(const Value& root, const std::string& file, const LoadLimits& limits,
+                    External& external) {
   const Value images = root.get("images");
   for (std::size_t i = 0; !images.isNull() && i < images.asArray().size(); ++i) {
     const Value& image = images.asArray()[i];
@@ -96,7 +99,7 @@ void checkImageUris(const Value& root, const std::string& file, External& extern
     if (!image.has("uri")) continue;
     const std::string& uri = image.get("uri").asString();
     if (!isDataUri(uri)) {
-      relativePath(uri, file, place + "/uri");
+      fileOfUri(uri, file, limits, place + "/uri");
     } else if (decodeDataUri(uri, file, place + "/uri").empty()) {
       fail(file, place + "/uri", "holds no data");
     }
@@ -111,12 +114,12 @@ External checkUris(const Value& root, const Container& container, const std::str
                    const LoadLimits& limits) {
   External external;
   checkBufferUris(root, container, file, limits, external);
-  checkImageUris(root, file, external);
+  checkImageUris(root, file, limits, external);
   return external;
 }
 
-std::filesystem::path relativePath(const std::string& uri, const std::string& file,
-                                   const std::string& place) {
+std::filesystem::path fileOfUri(const std::string& uri, const std::string& file,
+                                const LoadLimits& limits, const std::string& place) {
   if (uri.empty()) fail(file, place, "is empty");
   std::string decoded;
   for (std::size_t i = 0; i < uri.size(); ++i) {
@@ -135,9 +138,13 @@ std::filesystem::path relativePath(const std::string& uri, const std::string& fi
   if (colon != std::string::npos && decoded.find('/') > colon) {
     fail(file, place, quoted(uri) + ": only relative paths and data: URIs are supported");
   }
-  std::filesystem::path path = std::filesystem::path(decoded).lexically_normal();
-  if (path.is_absolute() || path.empty() || *path.begin() == "..") {
-    fail(file, place, quoted(uri) + " is outside the folder of this file; copy it there");
+  std::filesystem::path path =
+      assetFile(std::filesystem::path(file).parent_path(), decoded, limits);
+  if (path.empty()) {
+    fail(file, place,
+         quoted(uri) +
+             " is outside the folder of this file; copy it there, or name its folder by "
+             "--asset-path");
   }
   return path;
 }

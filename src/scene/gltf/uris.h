@@ -30,10 +30,10 @@ struct External {
 External checkUris(const config::Value& root, const Container& container, const std::string& file,
                    const LoadLimits& limits);
 
-/// The percent-decoded path of a relative URI. Throws SceneError for absolute paths, other schemes,
-/// and paths that leave the file's folder.
-std::filesystem::path relativePath(const std::string& uri, const std::string& file,
-                                   const std::string& place);
+/// The file of a percent-encoded URI, as assetFile() finds it. Throws SceneError for other schemes,
+/// and for files outside all folders.
+std::filesystem::path fileOfUri(const std::string& uri, const std::string& file,
+                                const LoadLimits& limits, const std::string& place);
 
 /// The bytes of a "data:...;base64," URI. Throws SceneError for anything else.
 std::string decodeDataUri(std::string_view uri, const std::string& file, const std::string& place);
