@@ -26,6 +26,7 @@ struct RunOptions {
   std::string frames;
   std::string camera;
   std::string environment;
+  std::vector<std::string> assetPaths;
   std::vector<std::string> methods;
   std::vector<std::string> settings;
   std::string device;

@@ -35,6 +35,8 @@ struct RenderOptions : RunOptions {
   int repeats = 0;
   int amortize = 0;
   std::string video;
+  std::string ocio;
+  std::string view;
   std::string ratioTo;  ///< empty: traced, else reference, else the first method
 };
 
@@ -194,6 +196,14 @@ void makeFilms(const std::filesystem::path& video, const run::RunConfig& run,
   }
 }
 
+/// The options with those of previews among --set.
+RunOptions withPreviews(const RenderOptions& options) {
+  RunOptions all = options;
+  if (!options.ocio.empty()) all.settings.push_back("preview.ocio=" + options.ocio);
+  if (!options.view.empty()) all.settings.push_back("preview.view=" + options.view);
+  return all;
+}
+
 /// A film that cannot be made is said before frames are rendered.
 void checkVideo(const std::filesystem::path& video, const run::RunConfig& run) {
   if (video.empty()) return;
@@ -222,7 +232,7 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   session.waitSeconds = options.wait;
   const ProgressMode mode = parseProgress(options.progress, common.quiet);
   ProgressPrinter printer(mode);
-  const run::RunConfig run = readRun(options);
+  const run::RunConfig run = readRun(withPreviews(options));
   checkRepeats(options, run);
   checkVideo(options.video, run);
   session.out = outFolder(options, run);
@@ -278,6 +288,13 @@ Command renderCommand(CommonOptions& common) {
           "--video", options->video, "FILE",
           "Film of the previews, 30 frames per second; of several methods one each. Needs ffmpeg, "
           "which knows the format by FILE's extension, such as .mp4 [none is made]",
+          {.notEmpty = true}),
+      option("--ocio", options->ocio, "CONFIG",
+             "OpenColorIO config (.ocio) that shows the previews [built in]", {.notEmpty = true}),
+      option(
+          "--view", options->view, "NAME",
+          "The config's view for previews. The built-in config has sRGB, PBR Neutral (shows also "
+          "radiance above 1) and Linear [the first; for glTF files PBR Neutral]",
           {.notEmpty = true}),
       flag("--no-tables", options->noTables,
            "Write frames and their records, but no tables and no contact sheet"),

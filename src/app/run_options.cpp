@@ -211,6 +211,10 @@ Rows runRows(RunOptions& options, CommonOptions& common) {
                     "Replace the scene's environment light: by an image (.exr, .hdr), a colour "
                     "(#8090a0), a radiance (0.5,0.5,0.5), or sky",
                     {.notEmpty = true}),
+             option("--asset-path", options.assetPaths, "FOLDER",
+                    "Look here too for files that the scene names but has not in its folder. "
+                    "Repeat the option for several folders",
+                    {.oneEach = true}),
              option("--method", options.methods, "NAME",
                     "Run only these methods, separated by commas: names in the config, or from "
                     "`catoptric list methods` [all of the config]",
@@ -298,6 +302,10 @@ InputConfig readConfig(const RunOptions& options) {
   }
   set("camera", options.camera, config::jsonString(options.camera), "--camera");
   set("environment", options.environment, config::jsonString(options.environment), "--environment");
+  if (!options.assetPaths.empty()) root = config::withSetting(root, "asset_paths", "[]");
+  for (std::size_t i = 0; i < options.assetPaths.size(); ++i)
+    set(("asset_paths." + std::to_string(i)).c_str(), options.assetPaths[i],
+        config::jsonString(options.assetPaths[i]), "--asset-path");
   set("frames", options.frames, config::jsonString(options.frames), "--frames");
   set("device", options.device, config::jsonString(options.device), "--device");
   set("threads", options.threads, options.threads, "--threads");
@@ -315,7 +323,7 @@ run::RunConfig readRun(const RunOptions& options) {
 
 std::string portableConfig(const InputConfig& input) {
   config::Value root = config::without(input.root, {"$schema"});
-  const auto name = [&](const char* member, const std::filesystem::path& file) {
+  const auto name = [&](const std::string& member, const std::filesystem::path& file) {
     root = config::withSetting(
         root, member,
         config::jsonString(std::filesystem::absolute(file).lexically_normal().string()));
@@ -324,6 +332,9 @@ std::string portableConfig(const InputConfig& input) {
   if (!input.run.path.empty()) name("path", input.run.path);
   if (input.run.environment && input.run.environment->type == scene::EnvironmentType::File)
     name("environment", input.run.environment->file);
+  if (!input.run.preview.ocio.empty()) name("preview.ocio", input.run.preview.ocio);
+  for (std::size_t i = 0; i < input.run.assetFolders.size(); ++i)
+    name("asset_paths." + std::to_string(i), input.run.assetFolders[i]);
   return root.dump(2);
 }
 

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "core/log.h"
 #include "image/checks.h"
 #include "image/image.h"
 #include "image/ocio_config.h"
@@ -19,38 +20,145 @@ namespace {
 
 namespace ocio = OCIO_NAMESPACE;
 
-/// The processors of our config, one for each exposure asked for.
+/// Khronos PBR Neutral (its specification, 2024): hues and colours up to 0.8 stay, brighter ones
+/// are compressed and lose saturation. 0.04, what dielectrics reflect, is taken off.
+void compress(float* rgb) {
+  constexpr float kReflected = 0.04f;
+  constexpr float kStart = 0.8f - kReflected;
+  constexpr float kDesaturation = 0.15f;
+  const float least = std::min({rgb[0], rgb[1], rgb[2]});
+  const float offset = least < 0.08f ? least - 6.25f * least * least : kReflected;
+  for (int c = 0; c < 3; ++c) rgb[c] -= offset;
+  const float peak = std::max({rgb[0], rgb[1], rgb[2]});
+  if (peak < kStart) return;
+  constexpr float kRoom = 1.0f - kStart;
+  const float shown = 1.0f - kRoom * kRoom / (peak + kRoom - kStart);
+  const float white = 1.0f - 1.0f / (kDesaturation * (peak - shown) + 1.0f);
+  for (int c = 0; c < 3; ++c) rgb[c] = std::lerp(rgb[c] * shown / peak, shown, white);
+}
+
+/// A view, ready for use.
+struct Processor {
+  bool neutral = false;
+  ocio::ConstCPUProcessorRcPtr display;
+};
+
+/// "sRGB: Standard, Filmic; P3: Standard"
+std::string viewsOf(const ocio::Config& config) {
+  std::string text;
+  for (int d = 0; d < config.getNumDisplays(); ++d) {
+    const char* display = config.getDisplay(d);
+    text += (d > 0 ? "; " : "") + std::string(display) + ": ";
+    for (int v = 0; v < config.getNumViews(display); ++v)
+      text += (v > 0 ? ", " : "") + std::string(config.getView(display, v));
+  }
+  return text;
+}
+
+/// The first display that has a view, from the default one on; empty: none has it.
+std::string displayOf(const ocio::Config& config, const std::string& view) {
+  std::vector<std::string> displays = {config.getDefaultDisplay()};
+  for (int d = 0; d < config.getNumDisplays(); ++d) displays.emplace_back(config.getDisplay(d));
+  for (const std::string& display : displays)
+    for (int v = 0; v < config.getNumViews(display.c_str()); ++v)
+      if (view == config.getView(display.c_str(), v)) return display;
+  return {};
+}
+
+/// What a config calls scene-linear Rec.709; empty: no name that is known.
+std::string rec709Of(const ocio::Config& config) {
+  for (const char* name : {"lin_rec709", "Linear Rec.709 (sRGB)", "Utility - Linear - sRGB",
+                           "lin_srgb", "Linear Rec.709"})
+    if (config.getColorSpace(name) != nullptr) return name;
+  return {};
+}
+
+/// From scene-linear Rec.709 to a view of a config.
+ocio::ConstTransformRcPtr transformTo(const ocio::Config& config, const DisplayView& wanted,
+                                      const std::string& display, const std::string& view) {
+  const auto all = ocio::GroupTransform::Create();
+  if (wanted.exposureStops != 0.0f) {
+    const auto exposure = ocio::ExposureContrastTransform::Create();
+    exposure->setStyle(ocio::EXPOSURE_CONTRAST_LINEAR);
+    exposure->setExposure(wanted.exposureStops);
+    all->appendTransform(exposure);
+  }
+  std::string source = rec709Of(config);
+  if (source.empty() && config.hasRole(ocio::ROLE_INTERCHANGE_SCENE)) {
+    // Linear Rec.709, D65, to ACES2065-1, with Bradford's adaptation
+    constexpr double kAcesFromRec709[16] = {0.4396329819,
+                                            0.3829886981,
+                                            0.1773783199,
+                                            0,
+                                            0.0897764428,
+                                            0.8134394286,
+                                            0.0967841284,
+                                            0,
+                                            0.0175411704,
+                                            0.1115465500,
+                                            0.8709122797,
+                                            0,
+                                            0,
+                                            0,
+                                            0,
+                                            1};
+    const auto matrix = ocio::MatrixTransform::Create();
+    matrix->setMatrix(kAcesFromRec709);
+    all->appendTransform(matrix);
+    source = ocio::ROLE_INTERCHANGE_SCENE;
+  }
+  if (source.empty()) {
+    log::warning(wanted.config.string() +
+                 ": has neither a known name of linear Rec.709 nor the role aces_interchange; its "
+                 "scene_linear is taken for Rec.709");
+    source = ocio::ROLE_SCENE_LINEAR;
+  }
+  const auto shown = ocio::DisplayViewTransform::Create();
+  shown->setSrc(source.c_str());
+  shown->setDisplay(display.c_str());
+  shown->setView(view.c_str());
+  all->appendTransform(shown);
+  return all;
+}
+
+ocio::ConstConfigRcPtr configOf(const std::filesystem::path& file) {
+  if (!file.empty()) {
+    const ocio::ConstConfigRcPtr config = ocio::Config::CreateFromFile(file.c_str());
+    config->validate();
+    return config;
+  }
+  std::istringstream text(kOcioConfig);
+  return ocio::Config::CreateFromStream(text);
+}
+
+Processor makeProcessor(const DisplayView& wanted) {
+  const ocio::ConstConfigRcPtr config = configOf(wanted.config);
+  const bool neutral = wanted.config.empty() && wanted.view == kNeutralView;
+  std::string view = neutral ? std::string() : wanted.view;
+  if (view.empty()) view = config->getDefaultView(config->getDefaultDisplay());
+  const std::string display = displayOf(*config, view);
+  if (display.empty())
+    throw UsageError((wanted.config.empty() ? "the built-in config" : wanted.config.string()) +
+                     ": has no view \"" + view + "\"; its views are " + viewsOf(*config) +
+                     (wanted.config.empty() ? std::string(", ") + kNeutralView : std::string()));
+  return {neutral, config->getProcessor(transformTo(*config, wanted, display, view))
+                       ->getOptimizedCPUProcessor(ocio::BIT_DEPTH_F32, ocio::BIT_DEPTH_UINT8,
+                                                  ocio::OPTIMIZATION_LOSSLESS)};
+}
+
+/// The views asked for.
 class Displays {
  public:
-  ocio::ConstCPUProcessorRcPtr of(float stops) {
+  const Processor& of(const DisplayView& view) {
     const std::lock_guard lock(mutex_);
-    if (!config_) {
-      std::istringstream text(kOcioConfig);
-      config_ = ocio::Config::CreateFromStream(text);
-      config_->validate();
-    }
-    auto& processor = processors_[stops];
-    if (!processor) {
-      const auto exposure = ocio::ExposureContrastTransform::Create();
-      exposure->setStyle(ocio::EXPOSURE_CONTRAST_LINEAR);
-      exposure->setExposure(stops);
-      const auto view = ocio::DisplayViewTransform::Create();
-      view->setSrc("scene_linear");
-      view->setDisplay("sRGB");
-      view->setView("sRGB");
-      const auto both = ocio::GroupTransform::Create();
-      if (stops != 0.0f) both->appendTransform(exposure);
-      both->appendTransform(view);
-      processor = config_->getProcessor(both)->getOptimizedCPUProcessor(
-          ocio::BIT_DEPTH_F32, ocio::BIT_DEPTH_UINT8, ocio::OPTIMIZATION_LOSSLESS);
-    }
-    return processor;
+    const auto [found, isNew] = processors_.try_emplace(view);
+    if (found->second.display == nullptr) found->second = makeProcessor(view);
+    return found->second;
   }
 
  private:
   std::mutex mutex_;
-  ocio::ConstConfigRcPtr config_;
-  std::map<float, ocio::ConstCPUProcessorRcPtr> processors_;
+  std::map<DisplayView, Processor> processors_;
 };
 
 Displays& displays() {
@@ -60,7 +168,15 @@ Displays& displays() {
 
 }  // namespace
 
-std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops) {
+std::string viewFingerprint(const DisplayView& view) {
+  try {
+    return (view.config.empty() ? view.view + " " : "") + displays().of(view).display->getCacheID();
+  } catch (const ocio::Exception& error) {
+    throw UsageError(view.config.string() + ": " + error.what());
+  }
+}
+
+std::vector<std::uint8_t> displayRgb8(const Image& image, const DisplayView& view) {
   requireWellFormed(image);
   const int red = image.channel("R");
   const int green = image.channel("G");
@@ -90,13 +206,15 @@ std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops) {
   };
   try {
     // A row each: OpenColorIO takes 28 bytes for each pixel of a row
-    const ocio::ConstCPUProcessorRcPtr processor = displays().of(exposureStops);
+    const Processor& processor = displays().of(view);
     for (std::size_t first = 0; first < image.pixelCount(); first += width) {
       packRow(first);
+      if (processor.neutral)
+        for (std::size_t x = 0; x < width; ++x) compress(&rgb[3 * x]);
       const ocio::PackedImageDesc from(rgb.data(), image.width, 1, 3);
       ocio::PackedImageDesc to(&out[3 * first], image.width, 1, 3, ocio::BIT_DEPTH_UINT8, 1,
                                ocio::AutoStride, ocio::AutoStride);
-      processor->apply(from, to);
+      processor.display->apply(from, to);
     }
   } catch (const ocio::Exception& error) {
     // It hides what was thrown.

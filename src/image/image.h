@@ -69,9 +69,22 @@ struct Image8 {
 Image8 decodeImage8(std::span<const std::byte> bytes, const std::string& name,
                     std::size_t maxPixels);
 
-/// Converts scene-linear Rec.709 R G B of `image` to display-referred 8-bit RGB with OpenColorIO (a
-/// small built-in config: exposure, sRGB view). NaN becomes magenta, never black.
-std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops = 0.0f);
+/// How pictures are shown: by a view of an OpenColorIO config.
+struct DisplayView {
+  std::filesystem::path config;  ///< empty: the built-in one
+  std::string view;              ///< empty: the config's default; of the built-in one sRGB
+  float exposureStops = 0.0f;
+  auto operator<=>(const DisplayView&) const = default;
+};
+/// The built-in view that also shows radiance above 1: Khronos PBR Neutral, then sRGB.
+inline constexpr const char* kNeutralView = "PBR Neutral";
+/// Identifies what a view does, with the contents of all its files. Throws UsageError if the config
+/// cannot be used or has no such view; it then lists the views.
+std::string viewFingerprint(const DisplayView& view);
+
+/// Converts scene-linear Rec.709 R G B of `image` to display-referred 8-bit RGB with OpenColorIO.
+/// NaN becomes magenta, never black.
+std::vector<std::uint8_t> displayRgb8(const Image& image, const DisplayView& view = {});
 
 /// Encodes one linear value as displayRgb8() does, but without OpenColorIO: 0..255, clamped.
 /// L1_8bit compares these values, rounded. NaN stays NaN. Tests check that both functions agree

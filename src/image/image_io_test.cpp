@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <bit>
 #include <cmath>
@@ -18,6 +19,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 const std::vector<std::string> kChannels = {"R",
                                             "G",
@@ -291,11 +293,11 @@ TEST(Display, EqualsDisplay8WithinHalfAStep) {
 
 TEST(Display, ExposureIsInStops) {
   const Image image{1, 1, {"R", "G", "B"}, {0.05f, 0.1f, 0.4f}};
-  const auto bytes = displayRgb8(image, 2.0f);
+  const auto bytes = displayRgb8(image, {{}, {}, 2.0f});
   EXPECT_NEAR(bytes[0], display8(0.2f), 0.51f);
   EXPECT_NEAR(bytes[1], display8(0.4f), 0.51f);
   EXPECT_EQ(bytes[2], 255);
-  const auto darker = displayRgb8(image, -1.0f);
+  const auto darker = displayRgb8(image, {{}, {}, -1.0f});
   EXPECT_NEAR(darker[2], display8(0.2f), 0.51f);
 }
 
@@ -311,6 +313,85 @@ TEST(Display, NanIsMagentaAndInfinityIsWhite) {
 
 TEST(Display, NeedsColour) {
   EXPECT_THROW(displayRgb8(Image{1, 1, {"Z"}, {1}}), OutputError);
+}
+
+// Khronos' specification: colours below 0.8 keep hue and saturation, 0.04 are taken off, what is
+// brighter stays below 1.
+TEST(Display, TheNeutralViewShowsWhatOthersClip) {
+  const auto shown = [](float r, float g, float b) {
+    return displayRgb8(Image{1, 1, {"R", "G", "B"}, {r, g, b}}, {{}, kNeutralView, 0.0f});
+  };
+  const auto expectShown = [&](const std::vector<std::uint8_t>& bytes, float r, float g, float b) {
+    EXPECT_NEAR(bytes[0], display8(r), 0.51f);
+    EXPECT_NEAR(bytes[1], display8(g), 0.51f);
+    EXPECT_NEAR(bytes[2], display8(b), 0.51f);
+  };
+  expectShown(shown(0.5f, 0.3f, 0.1f), 0.46f, 0.26f, 0.06f);
+  expectShown(shown(0.5f, 0.0f, 0.0f), 0.5f, 0.0f, 0.0f);
+  expectShown(shown(0.04f, 0.04f, 0.04f), 0.01f, 0.01f, 0.01f);
+  // Red of 2: peak 1 - 0.24^2 / (2 + 0.24 - 0.76), and 1 - 1 / (0.15 (2 - peak) + 1) of white
+  expectShown(shown(2.0f, 0.0f, 0.0f), 0.96108f, 0.12960f, 0.12960f);
+  std::uint8_t last = 0;
+  for (float radiance = 1.0f; radiance < 1e6f; radiance *= 2.0f) {
+    const auto red = shown(radiance, 0.1f, 0.1f);
+    EXPECT_GE(red[0], last);
+    EXPECT_GE(red[1], 20);
+    last = red[0];
+  }
+}
+
+class OcioConfig : public ::testing::Test {
+ protected:
+  void TearDown() override { std::filesystem::remove(file_); }
+  DisplayView write(const std::string& text, const std::string& view = "") {
+    std::ofstream(file_) << text;
+    return {file_, view, 0.0f};
+  }
+  std::filesystem::path file_ =
+      std::filesystem::temp_directory_path() / ("view" + std::to_string(::getpid()) + ".ocio");
+};
+
+TEST_F(OcioConfig, ShowsWhatTheBuiltInOneShows) {
+  // Its reference space is ACES2065-1, and it names no Rec.709
+  const DisplayView aces = write(R"(ocio_profile_version: 2
+roles: {default: aces, scene_linear: aces, aces_interchange: aces}
+displays:
+  Monitor:
+    - !<View> {name: Plain, colorspace: shown}
+colorspaces:
+  - !<ColorSpace> {name: aces, encoding: scene-linear}
+  - !<ColorSpace>
+    name: shown
+    from_scene_reference: !<GroupTransform>
+      children:
+        - !<MatrixTransform> {matrix: [0.4396329819, 0.3829886981, 0.1773783199, 0, 0.0897764428, 0.8134394286, 0.0967841284, 0, 0.0175411704, 0.1115465500, 0.8709122797, 0, 0, 0, 0, 1], direction: inverse}
+        - !<ExponentWithLinearTransform> {gamma: [2.4, 2.4, 2.4, 1], offset: [0.055, 0.055, 0.055, 0], direction: inverse}
+)");
+  const Image colours{
+      3, 1, {"R", "G", "B"}, {0.9f, 0.1f, 0.2f, 0.5f, 0.5f, 0.5f, 0.02f, 0.3f, 0.7f}};
+  const auto own = displayRgb8(colours);
+  const auto other = displayRgb8(colours, aces);
+  for (std::size_t i = 0; i < own.size(); ++i) EXPECT_NEAR(own[i], other[i], 1.01);
+  EXPECT_NE(viewFingerprint(aces), viewFingerprint({}));
+}
+
+TEST_F(OcioConfig, ErrorsNameTheConfigAndItsViews) {
+  const auto errorOf = [](const DisplayView& view) -> std::string {
+    try {
+      return "(" + viewFingerprint(view) + ")";
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+  };
+  EXPECT_EQ(errorOf({{}, "Filmic", 0.0f}),
+            "the built-in config: has no view \"Filmic\"; its views are sRGB: sRGB, Linear, PBR "
+            "Neutral");
+  const std::string shipped =
+      readTextFile(std::filesystem::path(CATOPTRIC_SOURCE_DIR) / "configs/ocio/catoptric.ocio");
+  EXPECT_EQ(errorOf(write(shipped, "Filmic")),
+            file_.string() + ": has no view \"Filmic\"; its views are sRGB: sRGB, Linear");
+  std::filesystem::resize_file(file_, 60);
+  EXPECT_THAT(errorOf({file_, "", 1.0f}), StartsWith(file_.string() + ": "));
 }
 
 }  // namespace

@@ -91,9 +91,10 @@ FramePictures PictureWriter::write(const std::string& name, const FrameFacts& fr
     for (const auto& [suffix, stops] : {std::pair{"under", -kStops}, std::pair{"over", kStops}}) {
       pictures.exposures["accepted-" + std::string(suffix)] =
           add(stem + ".accepted." + suffix, before.width, before.height,
-              image::displayRgb8(before, stops));
+              image::displayRgb8(before, {{}, {}, stops}));
       pictures.exposures["tonight-" + std::string(suffix)] =
-          add(stem + ".tonight." + suffix, now.width, now.height, image::displayRgb8(now, stops));
+          add(stem + ".tonight." + suffix, now.width, now.height,
+              image::displayRgb8(now, {{}, {}, stops}));
     }
   } catch (const OutputError&) {
     throw;

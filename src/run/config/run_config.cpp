@@ -68,13 +68,37 @@ const OptionTable<RunConfig>& imageTable() {
   return table;
 }
 
+bool isGltf(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".gltf" || extension == ".glb";
+}
+
+/// A file named in the config: relative to the config, or to the working folder for a --set.
+std::filesystem::path resolved(const Value& value, const std::filesystem::path& configFile) {
+  const std::filesystem::path named = value.asString();
+  const bool fromFile = value.place().line > 0;
+  return (named.is_absolute() || !fromFile ? named : configFile.parent_path() / named)
+      .lexically_normal();
+}
+
+/// A member that is read apart, because it needs more than its own value.
+Option<RunConfig> readApart(Field description) {
+  return {std::move(description), [](RunConfig&, const Value&) {}};
+}
+
 const OptionTable<RunConfig>& previewTable() {
   static const OptionTable<RunConfig> table(
       "preview", "8-bit PNG pictures of the frames.",
       {field(in(&RunConfig::preview, &PreviewConfig::enabled), "enabled",
              "Write previews/frame.0001.png, ..."),
        field(in(&RunConfig::preview, &PreviewConfig::exposureStops), "exposure", range(-20, 20),
-             "Exposure before the display transform, stops.")});
+             "Exposure before the display transform, stops."),
+       field(in(&RunConfig::preview, &PreviewConfig::view), "view",
+             "View of `ocio`; built in: sRGB, PBR Neutral, Linear [the first; of glTF files PBR "
+             "Neutral]."),
+       readApart(fields::text("ocio", "OpenColorIO config [built in]."))});
   return table;
 }
 
@@ -226,19 +250,6 @@ std::optional<MethodConfig> readMethod(const Value& value,
   return method;
 }
 
-/// A file named in the config: relative to the config, or to the working folder for a --set.
-std::filesystem::path resolved(const Value& value, const std::filesystem::path& configFile) {
-  const std::filesystem::path named = value.asString();
-  const bool fromFile = value.place().line > 0;
-  return (named.is_absolute() || !fromFile ? named : configFile.parent_path() / named)
-      .lexically_normal();
-}
-
-/// A member that is read apart, because it needs more than its own value.
-Option<RunConfig> readApart(Field description) {
-  return {std::move(description), [](RunConfig&, const Value&) {}};
-}
-
 const OptionTable<RunConfig>& runTable() {
   using methods::RunSettings;
   static const OptionTable<RunConfig> table(
@@ -259,6 +270,10 @@ const OptionTable<RunConfig>& runTable() {
        field(&RunConfig::showMissingTextures, "missing_textures",
              config::names<bool>({{"error", false}, {"show", true}}),
              "Missing images of glTF files; show: a checkerboard."),
+       readApart({.name = "asset_paths",
+                  .type = FieldType::Array,
+                  .help = "Further folders of the scene's files.",
+                  .defaultText = "[]"}),
        field(&RunConfig::frames, "frames", "Frames of the path [all]."),
        group("image", imageTable(), "Size, samples, layers."),
        readApart({.name = "methods",
@@ -407,6 +422,27 @@ void readFiles(RunConfig& run, const Value& root, const std::filesystem::path& f
     });
 }
 
+/// The OpenColorIO config of previews.
+void readOcio(RunConfig& run, const Value& root, const std::filesystem::path& file) {
+  const Value preview = root.get("preview");
+  if (preview.isNull() || !preview.has("ocio")) return;
+  run.preview.ocio = resolved(preview.get("ocio"), file);
+  run.preview.ocioReference = preview.get("ocio").place().text();
+}
+
+/// The folders of `asset_paths`, which must exist.
+void readAssetFolders(RunConfig& run, const Value& root, const std::filesystem::path& file,
+                      Errors& errors) {
+  for (const Value& folder : config::valueOr(root, runSchema(), "asset_paths").asArray()) {
+    errors.collect([&] {
+      run.assetFolders.push_back(resolved(folder, file));
+      std::error_code ignored;
+      if (!std::filesystem::is_directory(run.assetFolders.back(), ignored))
+        folder.fail("there is no folder " + run.assetFolders.back().string());
+    });
+  }
+}
+
 /// Keeps those of `errors.against` that are run; those of other methods of the config
 /// (`configured`) are dropped.
 void keepErrorsAgainst(RunConfig& run, const Value& root,
@@ -440,6 +476,10 @@ std::string effectiveText(const RunConfig& run, const Value& root) {
   config::JsonText text;
   if (!run.camera.empty()) text.add("camera", run.camera);
   if (run.showMissingTextures) text.add("missing_textures", "show");
+  std::vector<std::string> folders;
+  for (const std::filesystem::path& folder : run.assetFolders)
+    folders.push_back(folder.generic_string());
+  if (!folders.empty()) text.add("asset_paths", folders);
   return text.add("scene", run.scene.generic_string())
       .add("path", run.path.generic_string())
       .add("environment", root.has("environment") ? root.get("environment").asString() : "")
@@ -454,6 +494,14 @@ std::string effectiveText(const RunConfig& run, const Value& root) {
       .object();
 }
 
+/// The default sky and highlights of a bare glTF file exceed 1, where sRGB clips.
+Value withDefaultView(const Value& root) {
+  const Value preview = root.get("preview");
+  if (!isGltf(root.get("scene").asString()) || preview.has("view") || preview.has("ocio"))
+    return root;
+  return config::withSetting(root, "preview.view", config::jsonString(image::kNeutralView));
+}
+
 }  // namespace
 
 RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
@@ -464,15 +512,18 @@ RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
   if (root.kind() != Value::Kind::Object) errors.throwIfAny();
   const std::vector<MethodConfig> configured = readMethods(root, registry, errors);
   errors.throwIfAny();
+  const Value all = withDefaultView(root);
 
   RunConfig run;
-  runTable().read(run, root);
-  readFiles(run, root, file, errors);
+  runTable().read(run, all);
+  readFiles(run, all, file, errors);
+  readAssetFolders(run, all, file, errors);
+  readOcio(run, all, file);
   run.methods =
       selected.empty() ? configured : selectMethods(configured, selected, registry, errors);
-  keepErrorsAgainst(run, root, configured, errors);
+  keepErrorsAgainst(run, all, configured, errors);
   errors.throwIfAny();
-  run.effective = effectiveText(run, root);
+  run.effective = effectiveText(run, all);
   return run;
 }
 
@@ -480,6 +531,8 @@ std::string RunConfig::pixelSettings(const MethodConfig& method) const {
   const Value all = config::parseText(effective, "effective config");
   config::JsonText text;
   method.addSettings(text);
+  if (preview.enabled && preview.shown() != image::DisplayView{})
+    text.add("view", image::viewFingerprint(preview.shown()));
   return text.raw("image", all.get("image").dump())
       .raw("preview", all.get("preview").dump())
       .add("seed", image.seed)
@@ -516,10 +569,7 @@ FileKind fileKind(const Value& root) {
 }
 
 bool isScene(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension == ".gltf" || extension == ".glb") return true;
+  if (isGltf(file)) return true;
   return fileKind(config::parseFile(file)) == FileKind::Scene;
 }
 

@@ -43,6 +43,11 @@ struct MethodConfig {
 struct PreviewConfig {
   bool enabled = true;
   float exposureStops = 0.0f;
+  std::string view;            ///< empty: the first one of `ocio`
+  std::filesystem::path ocio;  ///< empty: the built-in config
+  std::string ocioReference;   ///< where `ocio` is named
+
+  image::DisplayView shown() const { return {ocio, view, exposureStops}; }
 };
 
 /// What `catoptric sweep` measures with this config. Command-line options override it.
@@ -65,9 +70,10 @@ struct RunConfig {
   std::string pathReference;    ///< where the path is named
   std::string camera;           ///< see scene::cameraPath()
   std::string cameraReference;  ///< where the camera is named
-  std::optional<scene::Environment> environment;  ///< replaces the scene's own
-  bool showMissingTextures = false;               ///< see scene::LoadLimits
-  std::string frames;                             ///< empty: all frames of the path
+  std::optional<scene::Environment> environment;    ///< replaces the scene's own
+  bool showMissingTextures = false;                 ///< see scene::LoadLimits
+  std::vector<std::filesystem::path> assetFolders;  ///< see scene::LoadLimits
+  std::string frames;                               ///< empty: all frames of the path
   methods::RunSettings image;
   image::Compression compression = image::Compression::Zip;
   bool halfBeauty = true;

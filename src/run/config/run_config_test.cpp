@@ -94,8 +94,8 @@ TEST(RunConfig, AllErrorsAtOnceWithPlaces) {
       messageOf("{\"scene\": \"a\",\n\"frame\": \"1\",\n\"image\": {\"samples\": 9},\n\"methods\": "
                 "[\"tracd\",\n{\"method\": \"traced\", \"bvh\": \"refitt\"}, {\"bvh\": 1}]}"),
       "configs/f.json:2: /frame: unknown name \"frame\" (did you mean \"frames\"?); allowed: "
-      "$schema, comment, scene, path, camera, environment, missing_textures, frames, image, "
-      "methods, errors, "
+      "$schema, comment, scene, path, camera, environment, missing_textures, asset_paths, "
+      "frames, image, methods, errors, "
       "preview, sweep, "
       "seed, "
       "device, "
@@ -150,8 +150,9 @@ TEST(RunConfig, PixelSettingsLeaveOutWhatChangesNoPixel) {
                                      settings(R"(}], "device": "osmesa")"),
                                      settings(R"(}], "image": {"samples": 3})"),
                                      settings(R"(}], "image": {"layers": ["Z"]})"),
-                                     settings(R"(}], "preview": {"exposure": 1})")};
-  EXPECT_EQ(all.size(), 10u);
+                                     settings(R"(}], "preview": {"exposure": 1})"),
+                                     settings(R"(}], "preview": {"view": "PBR Neutral"})")};
+  EXPECT_EQ(all.size(), 11u);
 }
 
 TEST(RunConfig, MethodsCannotTakeTheNamesOfARunsFiles) {

@@ -34,13 +34,13 @@ image::ExrOptions exrOptions(const RunConfig& run, const MethodConfig& method,
   return options;
 }
 
-EncodedFile encodedPreview(const image::Image& picture, int frame, float exposureStops) {
+EncodedFile encodedPreview(const image::Image& picture, int frame, const image::DisplayView& view) {
   const std::int64_t start = nowNs();
   EncodedFile preview;
   preview.path = framePath("previews", frame, ".png");
   preview.step = "preview";
-  preview.bytes = image::encodePng(picture.width, picture.height, 3,
-                                   image::displayRgb8(picture, exposureStops));
+  preview.bytes =
+      image::encodePng(picture.width, picture.height, 3, image::displayRgb8(picture, view));
   preview.seconds = secondsSince(start);
   return preview;
 }
@@ -64,7 +64,7 @@ Encoder makeEncoder(const RunConfig& run, const MethodConfig& method, const glm:
     std::vector<EncodedFile> files;
     files.push_back(std::move(exr));
     if (run.preview.enabled)
-      files.push_back(encodedPreview(picture, path.number, run.preview.exposureStops));
+      files.push_back(encodedPreview(picture, path.number, run.preview.shown()));
     return files;
   };
 }

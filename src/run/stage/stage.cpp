@@ -89,10 +89,13 @@ Stage::Stage(const RunConfig& run) : run_(run) {
   requireFile(run_.scene, run_.sceneReference, ExitCode::Scene);
   requireFile(run_.path, run_.pathReference, ExitCode::Usage);
   checkKinds(run_);
+  requireFile(run_.preview.ocio, run_.preview.ocioReference, ExitCode::Usage);
+  if (run_.preview.shown() != image::DisplayView{}) image::viewFingerprint(run_.preview.shown());
   scene_ = timer_.measure("scene", [&] {
     try {
       scene::LoadLimits limits = scene::limitsOfEnvironment();
       limits.showMissingTextures = run_.showMissingTextures;
+      limits.assetFolders = run_.assetFolders;
       return scene::loadScene(run_.scene, limits, run_.environment);
     } catch (const UsageError& error) {  // of its description
       throw SceneError(error.what());
