@@ -30,11 +30,16 @@ TEST_F(Gltf, MetallicRoughnessAndExtensionsGiveSAndG) {
   m = materialOf(R"({"pbrMetallicRoughness":{"metallicFactor":0}})");
   EXPECT_EQ(m.specularLevel, 0.0f);
 
-  // ((2 - 1) / (2 + 1))^2 * 0.9 * mean(1, 0.5, 0) = 0.05
+  // ((2 - 1) / (2 + 1))^2 * mean(1, 0.5, 0)
   m = materialOf(
       R"({"pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":2},"KHR_materials_specular":{"specularFactor":0.99,"specularColorFactor":[1,0.5,0]}}})");
-  EXPECT_NEAR(m.dielectricF0, 0.99f * 0.5f / 9.0f, 1e-6f);
-  EXPECT_NEAR(m.specularLevel, 0.055f, 1e-6f);
+  // The factor is in the tint, because it also scales what Schlick's term adds at the rim
+  EXPECT_NEAR(m.dielectricF0, 0.5f / 9.0f, 1e-6f);
+  EXPECT_NEAR(m.specularLevel, 0.5f / 9.0f, 1e-6f);
+  expectNear(m.reflectionTint, Vec3(0.99f));
+  m = materialOf(
+      R"({"pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":9},"KHR_materials_specular":{"specularFactor":0}}})");
+  EXPECT_EQ(m.specularLevel, 0.0f);
 
   m = materialOf(
       R"({"emissiveFactor":[1,0.5,0.25],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":8}}})");
@@ -65,7 +70,10 @@ TEST_F(Gltf, LayersOfAMaterialBecomeOneLobe) {
   Material m = layered(paint, "clearcoat", R"("clearcoatFactor":1,"clearcoatRoughnessFactor":0.1)");
   EXPECT_FLOAT_EQ(m.dielectricF0, 0.04f);
   EXPECT_FLOAT_EQ(m.roughnessFactor, 0.1f);
+  expectNear(m.baseColor, Vec3(1.0f));
   EXPECT_TRUE(hasNote(load(), "clear coat reflects in place of its base"));
+  m = layered(paint + R"(,"baseColorFactor":[0.5,0,0,1])", "clearcoat", R"("clearcoatFactor":1)");
+  expectNear(m.baseColor, Vec3(0.52f, 0.04f, 0.04f));
   m = layered(paint, "clearcoat", R"("clearcoatFactor":0.3)");
   EXPECT_FLOAT_EQ(m.roughnessFactor, 0.6f);
   EXPECT_TRUE(hasNote(load(), "clear coat is left out"));

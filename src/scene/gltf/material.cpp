@@ -159,23 +159,29 @@ class MaterialReader {
     }
   }
 
-  /// A sample has one lobe. A coat's takes the place of a dielectric's own, which is rougher; a
-  /// metal reflects more than its coat.
-  void setClearCoat(const tinygltf::Value& coat, const std::string& place, Material& m) {
+  /// A sample has one lobe and one normal. A coat's take the place of a dielectric's own, which is
+  /// rougher: what that reflects is added to its diffuse part. A metal reflects more than its coat.
+  bool setClearCoat(const tinygltf::Value& coat, const std::string& place, Material& m) {
     const auto share = static_cast<float>(numberOr(coat, "clearcoatFactor", 0.0));
-    if (!(share > 0.0f)) return;
+    if (!(share > 0.0f)) return false;
     if (share < kLeastShare || m.metallicFactor > 0.0f) {
       note(place + ": the clear coat is left out, because a sample has one lobe: that of the " +
            (m.metallicFactor > 0.0f ? "metal" : "base, which the coat covers by less than half"));
-      return;
+      return false;
     }
+    m.baseColor = glm::mix(m.baseColor, Vec3(1.0f), m.dielectricF0);
     m.dielectricF0 = dielectricF0(1.5f, 1.0f);
     m.roughnessFactor = static_cast<float>(numberOr(coat, "clearcoatRoughnessFactor", 0.0));
     m.metallicRoughnessTexture = slot(coat, "clearcoatRoughnessTexture", place);
+    if (m.normalTexture.used()) note(place + ": normalTexture is ignored below the clear coat");
+    m.normalTexture = slot(coat, "clearcoatNormalTexture", place);
+    m.normalScale =
+        static_cast<float>(numberOr(member(coat, "clearcoatNormalTexture"), "scale", 1.0));
     note(place +
          ": the clear coat reflects in place of its base, with a share of 1; the base is "
          "diffuse");
-    noteIgnored(coat, {"clearcoatTexture", "clearcoatNormalTexture"}, place);
+    noteIgnored(coat, {"clearcoatTexture"}, place);
+    return true;
   }
 
   /// Light goes straight on through a thin surface, coloured by it.
@@ -256,12 +262,19 @@ class MaterialReader {
     const float weight = static_cast<float>(numberOr(specular, "specularFactor", 1.0));
     // s is one number: of a coloured F0 the mean counts.
     const float meanColor = (color.x + color.y + color.z) / 3.0f;
-    m.dielectricF0 = ior == 0.0 ? std::min(1.0f, weight * meanColor)
-                                : dielectricF0(static_cast<float>(ior), weight * meanColor);
+    m.dielectricF0 = weight * (ior == 0.0 ? std::min(1.0f, meanColor)
+                                          : dielectricF0(static_cast<float>(ior), meanColor));
     noteIgnored(specular, {"specularTexture", "specularColorTexture"}, place);
     setAnisotropy(extension(source.extensions, "KHR_materials_anisotropy"), place, m);
-    setClearCoat(extension(source.extensions, "KHR_materials_clearcoat"), place, m);
+    const bool coated =
+        setClearCoat(extension(source.extensions, "KHR_materials_clearcoat"), place, m);
     setMetallicTint(m);
+    // The factor scales the reflection at all angles. A metal's share is not scaled, so of a
+    // mixture only the part at normal incidence is.
+    if (!coated && m.metallicFactor == 0.0f && weight > 0.0f) {
+      m.dielectricF0 /= weight;
+      m.reflectionTint = Vec3(weight);
+    }
     setTransmission(extension(source.extensions, "KHR_materials_transmission"), place, m);
     m.unlit = source.extensions.count("KHR_materials_unlit") > 0;
 
