@@ -371,8 +371,8 @@ void makePoint(const scene::Scene& scene, const Lighting& lighting, const Surfac
   point.object = lanes.object[i] + 1;
   point.position = lanes.position.at(i);
   point.diffuse = lanes.diffuse.at(i);
-  point.geometricNormal = work.geometric.at(i);
-  point.normal = work.normal.at(i);
+  const Vec3 geometric = work.geometric.at(i);
+  Vec3 normal = work.normal.at(i);
   point.highlight = Vec3(0.0f);
   point.bent = false;
   setReflection(material, work.metallicRoughness[i], work.albedo.at(i), point);
@@ -380,15 +380,17 @@ void makePoint(const scene::Scene& scene, const Lighting& lighting, const Surfac
   if (reflects && (look.steps & kNormalTexture) != 0) {
     const Vec4 texel = scatteredTexel(*look.normal.texture, slotUv(*look.normal.slot, work.uv[i]),
                                       lodOf(look.normal, lanes, work, i), lanes.scatter[i]);
-    point.normal = mappedNormal(work, i, Vec3(texel));
+    normal = mappedNormal(work, i, Vec3(texel));
   }
   const bool bends = reflects && bendsNormals(scene, *look.range, lanes.object[i]);
-  if (bends) point.bent = aboveSurface(point.geometricNormal, direction, point.normal);
-  point.lobeHorizon = bends && !point.lobe.mirror() ? point.geometricNormal : point.normal;
+  if (bends) point.bent = aboveSurface(geometric, direction, normal);
+  point.geometricNormal = geometric;
+  point.normal = normal;
+  point.lobeHorizon = bends && !point.lobe.mirror() ? geometric : normal;
   const bool shines =
       lighting.highlights && material.refraction == 0.0f && reflects && !point.lobe.mirror();
   if (shines)
-    point.highlight = lightHighlights(lighting.lights, point.position, point.normal,
+    point.highlight = lightHighlights(lighting.lights, lanes.position.at(i), normal,
                                       point.lobeHorizon, direction, point.lobe);
 }
 

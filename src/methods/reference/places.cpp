@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "core/random.h"
+#include "core/vector_versions.h"
 #include "frame/shading.h"
 
 namespace catoptric::methods {
@@ -44,6 +45,32 @@ std::uint32_t sobolBits(std::size_t dimension, std::uint32_t index) {
   return bits;
 }
 
+CATOPTRIC_INLINE std::uint32_t reversedBits(std::uint32_t v) {
+  v = (v >> 1 & 0x55555555u) | (v & 0x55555555u) << 1;
+  v = (v >> 2 & 0x33333333u) | (v & 0x33333333u) << 2;
+  v = (v >> 4 & 0x0F0F0F0Fu) | (v & 0x0F0F0F0Fu) << 4;
+  v = (v >> 8 & 0x00FF00FFu) | (v & 0x00FF00FFu) << 8;
+  return v >> 16 | v << 16;
+}
+
+/// Scrambles by the hash of [Burley2020], with Vegdahl's constants: bits depend on lower ones
+/// alone.
+CATOPTRIC_INLINE void scrambleBody(const std::array<std::uint32_t, SobolSamples::kMost>& reversed,
+                                   std::uint32_t noise,
+                                   std::array<float, SobolSamples::kMost>& values) {
+  CATOPTRIC_INDEPENDENT
+  for (std::size_t k = 0; k < SobolSamples::kMost; ++k) {
+    std::uint32_t v = reversed[k];
+    v ^= v * 0x3D20ADEAu;
+    v += noise;
+    v *= noise >> 16 | 1u;
+    v ^= v * 0x05526C56u;
+    v ^= v * 0x53A22864u;
+    values[k] =
+        static_cast<float>(static_cast<std::int32_t>(reversedBits(v) >> 8)) * (1.0f / 16777216.0f);
+  }
+}
+
 }  // namespace
 
 std::uint32_t pixelNoise(int x, int y, std::uint64_t seed) {
@@ -62,15 +89,24 @@ Place gridPlace(int x, int y, int index, int samples, std::uint32_t noise) {
           frame::scatterPlace(x * samples + index % samples, y * samples + row)};
 }
 
-Place sequencePlace(std::uint32_t index, std::uint32_t noise) {
-  std::array<float, 4> values{};
+SobolSamples::SobolSamples(std::uint32_t first, std::size_t count) : first_(first), count_(count) {
+  for (std::size_t d = 0; d < reversed_.size(); ++d)
+    for (std::size_t k = 0; k < count; ++k)
+      reversed_[d][k] = reversedBits(sobolBits(d, first + static_cast<std::uint32_t>(k)));
+}
+
+void SobolSamples::place(std::uint32_t noise, Place* places) const {
+  std::array<std::array<float, kMost>, 4> values;
   for (std::size_t d = 0; d < values.size(); ++d) {
     noise = mixedBits(noise);
-    values[d] = unitFloat(sobolBits(d, index) ^ noise);
+    atVectorLevel<scrambleBody>(reversed_[d], noise, values[d]);
   }
-  const std::uint32_t own = mixedBits(noise ^ index);
-  return {
-      {values[0], values[1]}, {values[2], values[3]}, {unitFloat(own), unitFloat(mixedBits(own))}};
+  for (std::size_t k = 0; k < count_; ++k) {
+    const std::uint32_t own = mixedBits(noise ^ (first_ + static_cast<std::uint32_t>(k)));
+    places[k] = {{values[0][k], values[1][k]},
+                 {values[2][k], values[3][k]},
+                 {unitFloat(own), unitFloat(mixedBits(own))}};
+  }
 }
 
 }  // namespace catoptric::methods

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -15,7 +16,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "frame/surfaces.h"
-#include "methods/contract/layers.h"
+#include "methods/reference/channels.h"
 #include "methods/reference/places.h"
 #include "methods/shared/shared_options.h"
 #include "trace/lobes/reflect.h"
@@ -23,9 +24,9 @@
 namespace catoptric::methods {
 namespace {
 
-constexpr int kTile = 16;  ///< pixels; ours
+constexpr int kTile = 8;  ///< pixels, so that a tile's samples fit a core's cache; ours
 /// Samples of a pixel that are traced together; ours.
-constexpr int kBatch = 16;
+constexpr int kBatch = SobolSamples::kMost;
 /// Samples of a pixel at which the method gives up; ours.
 constexpr int kMostSamples = 4096;
 /// Bounces at which paths end even if much is left: that is 0.1 % between mirrors of s = 0.95;
@@ -54,7 +55,7 @@ const config::OptionTable<Options>& optionTable() {
   static const config::OptionTable<Options> table(
       "reference", "Options of the method reference.",
       {field(&Options::maxStandardError, "max_standard_error", range(0, 255),
-             "samples are doubled until the frame's standard error is at most this L1_8bit; 0: a "
+             "samples are added until the frame's standard error is at most this L1_8bit; 0: a "
              "regular grid, without a standard error"),
        field(&Options::samples, "samples", range(1, 64),
              "primary rays along each axis of a pixel, in the first round; with "
@@ -64,6 +65,12 @@ const config::OptionTable<Options>& optionTable() {
        field(&Options::bounces, "bounces", range(0, kMostBounces),
              "reflections along a path, as of traced; 0: all that add at least 0.1 %")});
   return table;
+}
+
+/// From n samples on 1.5 n and 2 n follow, if n is a power of two: what is too many is less than by
+/// doubling, and Sobol's numbers are still spread evenly.
+int stepFrom(int samples) {
+  return std::max(1, static_cast<int>(std::bit_floor(static_cast<unsigned>(samples))) / 2);
 }
 
 /// The number of reflections that can add kLeastShare between the scene's strongest reflectors.
@@ -132,19 +139,6 @@ struct Batch {
   int count = 1;  ///< per pixel
 };
 
-/// Where the image has its layers; -1: it has not.
-struct Channels {
-  std::vector<std::string> names;
-  int z = -1, normal = -1, reflection = -1, diffuse = -1, s = -1, id = -1, masks = -1;
-  int oneBounce = -1, error = -1;
-
-  int add(std::initializer_list<const char*> more) {
-    const int first = static_cast<int>(names.size());
-    names.insert(names.end(), more.begin(), more.end());
-    return first;
-  }
-};
-
 struct Totals {
   std::atomic<std::uint64_t> primary{0}, rays{0}, misses{0}, refused{0}, notFinite{0},
       belowHorizon{0}, unfinished{0};
@@ -207,7 +201,7 @@ class Reference : public Method {
   void prepare(Services&, const RunSettings& settings) override {
     settings_ = settings;
     options_.reflection.fresnelSchlick = settings.fresnelSchlick;
-    channels_ = channelsOf(settings);
+    channels_ = Channels(settings, options_.stated(), options_.stated() && options_.bounces != 1);
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
@@ -240,27 +234,7 @@ class Reference : public Method {
   }
 
  private:
-  /// In the order of the rasterizing methods' layers (run/method_source.cpp).
-  Channels channelsOf(const RunSettings& settings) const {
-    Channels c;
-    c.add({"R", "G", "B", "A"});
-    if (asksFor(settings, "Z")) c.z = c.add({"Z"});
-    if (asksFor(settings, "N")) c.normal = c.add({"N.X", "N.Y", "N.Z"});
-    if (asksFor(settings, "reflection"))
-      c.reflection = c.add({"reflection.R", "reflection.G", "reflection.B"});
-    if (asksFor(settings, "diffuse")) c.diffuse = c.add({"diffuse.R", "diffuse.G", "diffuse.B"});
-    if (asksFor(settings, "s")) c.s = c.add({"s"});
-    if (asksFor(settings, "id")) c.id = c.add({"id.object"});
-    if (settings.masks)
-      c.masks = c.add({"mask.environment", "mask.below_horizon", "mask.sky", "mask.reflective"});
-    if (options_.stated() && options_.bounces != 1)
-      c.oneBounce = c.add({"one_bounce.R", "one_bounce.G", "one_bounce.B"});
-    if (options_.stated())
-      c.error = c.add({"standard_error.R", "standard_error.G", "standard_error.B"});
-    return c;
-  }
-
-  /// Doubles the samples until the standard error is small enough. Whether it is depends on the
+  /// Adds samples until the standard error is small enough. Whether it is depends on the
   /// pixels alone, so on neither threads nor chunks.
   void converge(const FrameInput& input, const Services& services, Sums& sums, Totals& totals,
                 FrameOutput& output) {
@@ -272,7 +246,7 @@ class Reference : public Method {
     StandardError error;
     int each = 0;  // samples of each half
     for (int target = (options_.perPixel() + 1) / 2;;
-         target = std::min(2 * target, kMostSamples / 2)) {
+         target = std::min(each + stepFrom(each), kMostSamples / 2)) {
       std::vector<Batch> batches;
       for (int half = 0; half < 2; ++half)
         for (int first = each; first < target; first += kBatch)
@@ -367,7 +341,7 @@ class Reference : public Method {
     const int tilesY = (sums.image.height + kTile - 1) / kTile;
     parallelFor(static_cast<std::size_t>(tilesX) * static_cast<std::size_t>(tilesY), 1,
                 [&](std::size_t begin, std::size_t end) {
-                  Tile tile;
+                  static thread_local Tile tile;
                   for (std::size_t t = begin; t < end; ++t) {
                     tile.x0 = static_cast<int>(t) % tilesX * kTile;
                     tile.y0 = static_cast<int>(t) / tilesX * kTile;
@@ -421,25 +395,27 @@ class Reference : public Method {
                Tile& tile) const {
     const Vec3 eye = camera.eye();
     const Vec3 forward = camera.forward();
-    tile.rays.clear();
-    tile.places.clear();
+    const Mat3 rayFromPixel = scene::rayFromPixel(camera, image.width, image.height);
+    const auto perPixel = static_cast<std::size_t>(batch.count);
+    tile.places.assign(
+        perPixel * static_cast<std::size_t>((tile.x1 - tile.x0) * (tile.y1 - tile.y0)), Place{});
+    tile.rays.resize(tile.places.size());
+    const bool half = batch.kind == Batch::Kind::Half;
+    const SobolSamples sobol(static_cast<std::uint32_t>(batch.first), half ? perPixel : 0);
+    std::size_t at = 0;
     for (int y = tile.y0; y < tile.y1; ++y) {
       for (int x = tile.x0; x < tile.x1; ++x) {
         const std::uint32_t noise = pixelNoise(x, y, settings_.seed);
-        for (int k = batch.first; k < batch.first + batch.count; ++k) {
-          Place place;
-          if (batch.kind == Batch::Kind::Grid) place = gridPlace(x, y, k, options_.samples, noise);
-          if (batch.kind == Batch::Kind::Half)
-            place = sequencePlace(static_cast<std::uint32_t>(k),
-                                  mixedBits(noise + static_cast<std::uint32_t>(batch.half)));
-          tile.places.push_back(place);
-          const float px = static_cast<float>(x) + place.at.x;
-          const float py = static_cast<float>(y) + place.at.y;
-          trace::Ray ray;
+        Place* const places = &tile.places[at];
+        if (half) sobol.place(mixedBits(noise + static_cast<std::uint32_t>(batch.half)), places);
+        for (int k = 0; batch.kind == Batch::Kind::Grid && k < batch.count; ++k)
+          places[k] = gridPlace(x, y, k, options_.samples, noise);
+        for (std::size_t k = 0; k < perPixel; ++k, ++at) {
+          const Vec2 place = Vec2(x, y) + places[k].at;
+          trace::Ray& ray = tile.rays[at];
           ray.origin = eye;
-          ray.direction = scene::rayDirection(camera, image.width, image.height, px, py);
+          ray.direction = glm::normalize(rayFromPixel * Vec3(place, 1.0f));
           ray.near = camera.nearMetres / glm::dot(ray.direction, forward);
-          tile.rays.push_back(ray);
         }
       }
     }
@@ -449,7 +425,8 @@ class Reference : public Method {
   std::uint64_t shadeHits(const scene::Camera& camera, const Services& services, float spread,
                           Tile& tile) const {
     const Vec3 eye = camera.eye();
-    tile.samples.assign(tile.rays.size(), Sample{});
+    const Vec3 forward = camera.forward();
+    tile.samples.resize(tile.rays.size());
     tile.points.clear();
     tile.sampleOfPoint.clear();
     std::uint64_t notFinite = 0;
@@ -458,15 +435,15 @@ class Reference : public Method {
                            tile.surfaces.data());
       for (std::size_t k = 0; k < tile.lanes.count; ++k)
         notFinite +=
-            addSurface(camera, *services.trace, tile.sampleOfLane[k], tile.surfaces[k], tile) ? 0
-                                                                                              : 1;
+            addSurface(forward, *services.trace, tile.sampleOfLane[k], tile.surfaces[k], tile) ? 0
+                                                                                               : 1;
       tile.lanes.count = 0;
     };
     for (std::size_t i = 0; i < tile.rays.size(); ++i) {
       const trace::Hit& hit = tile.hits[i];
       const Vec3 direction = tile.rays[i].direction;
       if (hit.miss()) {
-        Sample& sample = tile.samples[i];
+        Sample& sample = tile.samples[i] = {};
         sample.diffuse = services.lighting.environment->radiance(direction);
         sample.color = sample.oneBounce = sample.diffuse;
         continue;
@@ -482,20 +459,22 @@ class Reference : public Method {
   }
 
   /// Adds what sample `i` hits; whether its radiance is finite.
-  static bool addSurface(const scene::Camera& camera, const trace::TraceScene& trace, std::size_t i,
+  static bool addSurface(const Vec3& forward, const trace::TraceScene& trace, std::size_t i,
                          const frame::SurfacePoint& surface, Tile& tile) {
     const trace::Hit& hit = tile.hits[i];
     const Vec3 direction = tile.rays[i].direction;
-    Sample& sample = tile.samples[i];
     const bool finite = isFinite(surface.diffuse);
-    sample.diffuse = finite ? surface.diffuse : Vec3(0.0f);
-    sample.color = sample.oneBounce = sample.diffuse;
+    const Vec3 diffuse = finite ? surface.diffuse : Vec3(0.0f);
+    Sample& sample = tile.samples[i];
+    sample.color = sample.oneBounce = sample.diffuse = diffuse;
+    sample.reflection = Vec3(0.0f);
     sample.normal = surface.normal;
     sample.specularLevel = surface.specularLevel;
     sample.tint = surface.tint;
     sample.highlight = surface.highlight;
-    sample.z = hit.distance * glm::dot(direction, camera.forward());
+    sample.z = hit.distance * glm::dot(direction, forward);
     sample.object = surface.object;
+    sample.flags = 0;
     if (!(surface.specularLevel > 0.0f)) return finite;
     trace::ReflectionPoint point{
         surface.position, surface.normal,
@@ -544,24 +523,34 @@ class Reference : public Method {
       if (channels_.id >= 0) out[channels_.id] = static_cast<float>(sample.object);
       if (batch.kind == Batch::Kind::Centre) return;
     }
+    Vec3 color(0.0f), oneBounce(0.0f), reflection(0.0f), diffuse(0.0f);
+    float covered = 0.0f, specularLevel = 0.0f;
+    std::array<float, 4> masks{};
+    for (const Sample& sample : samples) {
+      color += sample.color;
+      oneBounce += sample.oneBounce;
+      reflection += sample.reflection;
+      diffuse += sample.diffuse;
+      covered += sample.object != 0 ? 1.0f : 0.0f;
+      specularLevel += sample.specularLevel;
+      for (unsigned bit = 0; bit < 3; ++bit)
+        masks[bit] += (sample.flags >> bit & 1) != 0 ? 1.0f : 0.0f;
+      masks[3] += sample.specularLevel > 0.0f ? 1.0f : 0.0f;
+    }
     const auto add = [&](int channel, const Vec3& v) {
       for (int c = 0; channel >= 0 && c < 3; ++c) out[channel + c] += v[c];
     };
-    for (const Sample& sample : samples) {
-      if (batch.kind == Batch::Kind::Grid) add(0, sample.color);
-      out[3] += sample.object != 0 ? 1.0f : 0.0f;
-      add(channels_.reflection, sample.reflection);
-      add(channels_.diffuse, sample.diffuse);
-      if (channels_.s >= 0) out[channels_.s] += sample.specularLevel;
-      add(channels_.oneBounce, sample.oneBounce);
-      const bool reflects = sample.specularLevel > 0.0f;
-      for (int bit = 0; channels_.masks >= 0 && bit < 3; ++bit)
-        out[channels_.masks + bit] += (sample.flags >> bit & 1) != 0 ? 1.0f : 0.0f;
-      if (channels_.masks >= 0) out[channels_.masks + 3] += reflects ? 1.0f : 0.0f;
-      if (batch.kind == Batch::Kind::Grid) continue;
-      sums.halves[static_cast<std::size_t>(batch.half)][pixel] += sample.color;
-      sums.reflective[pixel] |= reflects ? 1 : 0;
-    }
+    add(batch.kind == Batch::Kind::Grid ? 0 : -1, color);
+    out[3] += covered;
+    add(channels_.reflection, reflection);
+    add(channels_.diffuse, diffuse);
+    if (channels_.s >= 0) out[channels_.s] += specularLevel;
+    add(channels_.oneBounce, oneBounce);
+    for (std::size_t k = 0; channels_.masks >= 0 && k < masks.size(); ++k)
+      out[static_cast<std::size_t>(channels_.masks) + k] += masks[k];
+    if (batch.kind == Batch::Kind::Grid) return;
+    sums.halves[static_cast<std::size_t>(batch.half)][pixel] += color;
+    if (masks[3] > 0.0f) sums.reflective[pixel] = 1;
   }
 
   Options options_;

@@ -33,10 +33,6 @@ void ReflectionCounts::shareTime(double seconds) {
   resolveSeconds *= seconds / sum;
 }
 
-int lobeRays(scene::Lobe lobe, int rays) {
-  return lobe.mirror() ? 1 : std::max(1, rays);
-}
-
 Moved moveOntoSurface(const TraceScene& trace, ReflectionPoint& point) {
   if (point.object == 0) return Moved::Nothing;
   const int index = trace.geometry().objects[point.object - 1].surface;
@@ -245,22 +241,6 @@ float phongSolidAngle(float g, const Vec2& shift, int index, int count) {
 
 float solidAngleOf(float density, int count) {
   return 1.0f / std::max(static_cast<float>(count) * density, 1.0f / (4.0f * kPi));
-}
-
-ReflectionWeights reflectionWeights(float specularLevel, const Vec3& tint, scene::Lobe lobe,
-                                    const Vec3& direction, const Vec3& normal,
-                                    bool fresnelSchlick) {
-  float s = specularLevel;
-  const float cosine = -glm::dot(direction, normal);
-  if (lobe.ggx()) {
-    const float p = s > 0.0f ? scene::meanSchlick(lobe.roughness(), cosine) : 0.0f;
-    return {(1.0f - s) * (1.0f - p), s * tint * (1.0f - p) + p};
-  }
-  if (fresnelSchlick && s > 0.0f) {
-    const float c = std::clamp(1.0f - cosine, 0.0f, 1.0f);
-    s += (1.0f - s) * (c * c) * (c * c) * c;
-  }
-  return {1.0f - s, s * tint};
 }
 
 }  // namespace catoptric::trace

@@ -2,6 +2,7 @@
 // The methods `traced` and `reference` share this code, so that their light transport is the same.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -90,7 +91,9 @@ struct ReflectionCounts {
 };
 
 /// Number of rays of a point's lobe: 1 for mirrors.
-int lobeRays(scene::Lobe lobe, int rays);
+inline int lobeRays(scene::Lobe lobe, int rays) {
+  return lobe.mirror() ? 1 : std::max(1, rays);
+}
 
 /// Point `index` of `count` Hammersley points of the unit square, shifted.
 Vec2 lobePoint(const Vec2& shift, int index, int count);
@@ -195,8 +198,21 @@ struct ReflectionWeights {
   float diffuse;
   Vec3 reflection;
 };
-ReflectionWeights reflectionWeights(float specularLevel, const Vec3& tint, scene::Lobe lobe,
-                                    const Vec3& direction, const Vec3& normal, bool fresnelSchlick);
+inline ReflectionWeights reflectionWeights(float specularLevel, const Vec3& tint, scene::Lobe lobe,
+                                           const Vec3& direction, const Vec3& normal,
+                                           bool fresnelSchlick) {
+  float s = specularLevel;
+  const float cosine = -glm::dot(direction, normal);
+  if (lobe.ggx()) {
+    const float p = s > 0.0f ? scene::meanSchlick(lobe.roughness(), cosine) : 0.0f;
+    return {(1.0f - s) * (1.0f - p), s * tint * (1.0f - p) + p};
+  }
+  if (fresnelSchlick && s > 0.0f) {
+    const float c = std::clamp(1.0f - cosine, 0.0f, 1.0f);
+    s += (1.0f - s) * (c * c) * (c * c) * c;
+  }
+  return {1.0f - s, s * tint};
+}
 
 /// The hit of the first ray of a point.
 struct FirstHit {
