@@ -123,7 +123,7 @@ ocio::ConstTransformRcPtr transformTo(const ocio::Config& config, const DisplayV
 
 ocio::ConstConfigRcPtr configOf(const std::filesystem::path& file) {
   if (!file.empty()) {
-    const ocio::ConstConfigRcPtr config = ocio::Config::CreateFromFile(file.c_str());
+    ocio::ConstConfigRcPtr config = ocio::Config::CreateFromFile(file.c_str());
     config->validate();
     return config;
   }

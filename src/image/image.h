@@ -74,7 +74,7 @@ struct DisplayView {
   std::filesystem::path config;  ///< empty: the built-in one
   std::string view;              ///< empty: the config's default; of the built-in one sRGB
   float exposureStops = 0.0f;
-  auto operator<=>(const DisplayView&) const = default;
+  auto operator<=>(const DisplayView&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 /// The built-in view that also shows radiance above 1: Khronos PBR Neutral, then sRGB.
 inline constexpr const char* kNeutralView = "PBR Neutral";

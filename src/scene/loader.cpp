@@ -42,7 +42,7 @@ std::filesystem::path assetFile(const std::filesystem::path& folder,
         if (fs::exists(other / inner, ignored)) return other / inner;
     return folder / inner;
   }
-  const fs::path whole = fs::absolute(folder / name).lexically_normal();
+  fs::path whole = fs::absolute(folder / name).lexically_normal();
   for (const fs::path& other : limits.assetFolders)
     if (inside(whole.lexically_relative(fs::absolute(other).lexically_normal()))) return whole;
   return {};
