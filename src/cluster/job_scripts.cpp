@@ -55,8 +55,6 @@ std::string chunkScript(const Submission& submission) {
          "  chunk=$(($2 + SLURM_ARRAY_TASK_ID))\n"
          "  # The processors that Slurm has given to this task\n"
          "  threads=${SLURM_CPUS_ON_NODE:-0}\n"
-         "  LP_NUM_THREADS=${SLURM_CPUS_ON_NODE:-}\n"
-         "  export LP_NUM_THREADS\n"
          "else\n"
          "  chunk=$1\n"
          "fi\n"

@@ -8,7 +8,9 @@
 #include <xmmintrin.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <memory>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -27,6 +29,9 @@ void setThreadCount(int threads) {
   const std::size_t count = threads > 0 ? static_cast<std::size_t>(threads) : hardware;
   control() =
       std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, count);
+  // llvmpipe reads it when it makes a context; with 0 it rasterizes in the calling thread
+  if (threads > 0)
+    ::setenv("LP_NUM_THREADS", std::to_string(threads == 1 ? 0 : threads).c_str(), 1);
 }
 
 int threadCount() {

@@ -8,8 +8,8 @@
 
 namespace catoptric {
 
-/// Limits all later parallel loops, and Embree's builds, which share the pool, to `threads`
-/// threads; 0 means all hardware threads. Call once, before the first loop.
+/// Limits all later parallel loops, Embree's builds and llvmpipe's rasterizer to `threads` threads;
+/// 0 means all hardware threads. Call once, before the first loop and the first context.
 void setThreadCount(int threads);
 
 /// The number of threads that loops use.

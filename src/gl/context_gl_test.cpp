@@ -4,11 +4,17 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <string>
+#include <thread>
+#include <utility>
 
 #include "core/error.h"
 #include "core/log.h"
+#include "core/parallel.h"
 #include "gl/api.h"
 #include "gl/doctor.h"
 #include "gl/objects.h"
@@ -231,6 +237,37 @@ TEST(ContextDeathTest, RefusesAnOldDriverAndSaysWhy) {
         },
         testing::ExitedWithCode(4), "cannot be used.*4\\.5 core");
   }
+}
+
+/// Threads of this process whose names begin with "llvmpipe".
+int rasterizerThreads() {
+  int count = 0;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::string name;
+    std::ifstream(task.path() / "comm") >> name;
+    count += name.starts_with("llvmpipe") ? 1 : 0;
+  }
+  return count;
+}
+
+TEST(ContextDeathTest, TheNumberOfThreadsBoundsLlvmpipe) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  for (const auto& [threads, expected] : {std::pair(1, 0), std::pair(2, 2), std::pair(3, 3)})
+    for (const char* device : {"surfaceless", "osmesa"}) {
+      EXPECT_EXIT(
+          {
+            setThreadCount(threads);
+            const Context context(parseDevice(device));
+            drawnValue();
+            const bool software = context.info().renderer.find("llvmpipe") != std::string::npos;
+            // A thread names itself a little after it has begun
+            for (int i = 0; i < 500 && software && rasterizerThreads() != expected; ++i)
+              std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            std::fprintf(stderr, "%d threads\n", rasterizerThreads());
+            std::_Exit(software && rasterizerThreads() != expected ? 1 : 0);
+          },
+          testing::ExitedWithCode(0), "");
+    }
 }
 
 TEST(ContextDeathTest, AutoListsEverythingItTried) {
