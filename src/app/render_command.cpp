@@ -291,11 +291,11 @@ Command renderCommand(CommonOptions& common) {
           {.notEmpty = true}),
       option("--ocio", options->ocio, "CONFIG",
              "OpenColorIO config (.ocio) that shows the previews [built in]", {.notEmpty = true}),
-      option(
-          "--view", options->view, "NAME",
-          "The config's view for previews. The built-in config has sRGB, PBR Neutral (shows also "
-          "radiance above 1) and Linear [the first; for glTF files PBR Neutral]",
-          {.notEmpty = true}),
+      option("--view", options->view, "NAME",
+             "The config's view for previews. The built-in config has sRGB, Linear, and Neutral, "
+             "which is "
+             "sRGB but compresses radiance above 0.8 [Neutral, or the config's first]",
+             {.notEmpty = true}),
       flag("--no-tables", options->noTables,
            "Write frames and their records, but no tables and no contact sheet"),
       option("--wait", options->wait, "SECONDS",

@@ -76,8 +76,8 @@ struct DisplayView {
   float exposureStops = 0.0f;
   auto operator<=>(const DisplayView&) const = default;  // NOLINT(modernize-use-nullptr)
 };
-/// The built-in view that also shows radiance above 1: Khronos PBR Neutral, then sRGB.
-inline constexpr const char* kNeutralView = "PBR Neutral";
+/// The built-in view that also shows radiance above 1; up to 0.8 it is sRGB.
+inline constexpr const char* kNeutralView = "Neutral";
 /// Identifies what a view does, with the contents of all its files. Throws UsageError if the config
 /// cannot be used or has no such view; it then lists the views.
 std::string viewFingerprint(const DisplayView& view);

@@ -68,13 +68,6 @@ const OptionTable<RunConfig>& imageTable() {
   return table;
 }
 
-bool isGltf(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".gltf" || extension == ".glb";
-}
-
 /// A file named in the config: relative to the config, or to the working folder for a --set.
 std::filesystem::path resolved(const Value& value, const std::filesystem::path& configFile) {
   const std::filesystem::path named = value.asString();
@@ -96,8 +89,9 @@ const OptionTable<RunConfig>& previewTable() {
        field(in(&RunConfig::preview, &PreviewConfig::exposureStops), "exposure", range(-20, 20),
              "Exposure before the display transform, stops."),
        field(in(&RunConfig::preview, &PreviewConfig::view), "view",
-             "View of `ocio`; built in: sRGB, PBR Neutral, Linear [the first; of glTF files PBR "
-             "Neutral]."),
+             "View of `ocio`; built in: sRGB, Linear, Neutral (sRGB, but above 0.8 compressed) "
+             "[Neutral, or "
+             "the first]."),
        readApart(fields::text("ocio", "OpenColorIO config [built in]."))});
   return table;
 }
@@ -494,14 +488,6 @@ std::string effectiveText(const RunConfig& run, const Value& root) {
       .object();
 }
 
-/// The default sky and highlights of a bare glTF file exceed 1, where sRGB clips.
-Value withDefaultView(const Value& root) {
-  const Value preview = root.get("preview");
-  if (!isGltf(root.get("scene").asString()) || preview.has("view") || preview.has("ocio"))
-    return root;
-  return config::withSetting(root, "preview.view", config::jsonString(image::kNeutralView));
-}
-
 }  // namespace
 
 RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
@@ -512,18 +498,17 @@ RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
   if (root.kind() != Value::Kind::Object) errors.throwIfAny();
   const std::vector<MethodConfig> configured = readMethods(root, registry, errors);
   errors.throwIfAny();
-  const Value all = withDefaultView(root);
 
   RunConfig run;
-  runTable().read(run, all);
-  readFiles(run, all, file, errors);
-  readAssetFolders(run, all, file, errors);
-  readOcio(run, all, file);
+  runTable().read(run, root);
+  readFiles(run, root, file, errors);
+  readAssetFolders(run, root, file, errors);
+  readOcio(run, root, file);
   run.methods =
       selected.empty() ? configured : selectMethods(configured, selected, registry, errors);
-  keepErrorsAgainst(run, all, configured, errors);
+  keepErrorsAgainst(run, root, configured, errors);
   errors.throwIfAny();
-  run.effective = effectiveText(run, all);
+  run.effective = effectiveText(run, root);
   return run;
 }
 
@@ -531,7 +516,7 @@ std::string RunConfig::pixelSettings(const MethodConfig& method) const {
   const Value all = config::parseText(effective, "effective config");
   config::JsonText text;
   method.addSettings(text);
-  if (preview.enabled && preview.shown() != image::DisplayView{})
+  if (preview.enabled && !preview.ocio.empty())
     text.add("view", image::viewFingerprint(preview.shown()));
   return text.raw("image", all.get("image").dump())
       .raw("preview", all.get("preview").dump())
@@ -569,7 +554,10 @@ FileKind fileKind(const Value& root) {
 }
 
 bool isScene(const std::filesystem::path& file) {
-  if (isGltf(file)) return true;
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".gltf" || extension == ".glb") return true;
   return fileKind(config::parseFile(file)) == FileKind::Scene;
 }
 

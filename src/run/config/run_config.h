@@ -43,11 +43,13 @@ struct MethodConfig {
 struct PreviewConfig {
   bool enabled = true;
   float exposureStops = 0.0f;
-  std::string view;            ///< empty: the first one of `ocio`
+  std::string view;            ///< empty: Neutral, or the first one of `ocio`
   std::filesystem::path ocio;  ///< empty: the built-in config
   std::string ocioReference;   ///< where `ocio` is named
 
-  image::DisplayView shown() const { return {ocio, view, exposureStops}; }
+  image::DisplayView shown() const {
+    return {ocio, view.empty() && ocio.empty() ? image::kNeutralView : view, exposureStops};
+  }
 };
 
 /// What `catoptric sweep` measures with this config. Command-line options override it.

@@ -151,7 +151,7 @@ TEST(RunConfig, PixelSettingsLeaveOutWhatChangesNoPixel) {
                                      settings(R"(}], "image": {"samples": 3})"),
                                      settings(R"(}], "image": {"layers": ["Z"]})"),
                                      settings(R"(}], "preview": {"exposure": 1})"),
-                                     settings(R"(}], "preview": {"view": "PBR Neutral"})")};
+                                     settings(R"(}], "preview": {"view": "sRGB"})")};
   EXPECT_EQ(all.size(), 11u);
 }
 

@@ -90,7 +90,8 @@ Stage::Stage(const RunConfig& run) : run_(run) {
   requireFile(run_.path, run_.pathReference, ExitCode::Usage);
   checkKinds(run_);
   requireFile(run_.preview.ocio, run_.preview.ocioReference, ExitCode::Usage);
-  if (run_.preview.shown() != image::DisplayView{}) image::viewFingerprint(run_.preview.shown());
+  if (!run_.preview.view.empty() || !run_.preview.ocio.empty())
+    image::viewFingerprint(run_.preview.shown());
   scene_ = timer_.measure("scene", [&] {
     try {
       scene::LoadLimits limits = scene::limitsOfEnvironment();
