@@ -136,6 +136,11 @@ enum MaskBit : std::uint16_t {
   kMaskBelowHorizon = shared::kMaskBelowHorizon,
   kMaskSky = shared::kMaskSky,
   kMaskTransition = shared::kMaskTransition,
+  kMaskOffscreen = shared::kMaskOffscreen,
+  kMaskBehind = shared::kMaskBehind,
+  kMaskBackface = shared::kMaskBackface,
+  kMaskTowardCamera = shared::kMaskTowardCamera,
+  kMaskSteps = shared::kMaskSteps,
 };
 
 }  // namespace catoptric::raster

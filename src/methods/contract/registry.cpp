@@ -6,6 +6,7 @@
 // entry.
 #define CATOPTRIC_METHODS(METHOD) \
   METHOD(environmentMapEntry)     \
+  METHOD(screenSpaceEntry)        \
   METHOD(planarEntry)             \
   METHOD(tracedEntry)             \
   METHOD(secondOrderEntry)        \

@@ -18,6 +18,19 @@ struct TileRows {
   std::size_t x0, y0, columns, rows, width;
 };
 
+/// Removes the members that `only` has not marked.
+void keepMarked(const std::vector<std::uint8_t>& only, SampleTiles::Members& members) {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < members.count; ++k) {
+    if (only[members.at[k]] == 0) continue;
+    members.at[kept] = members.at[k];
+    members.x[kept] = members.x[k];
+    members.y[kept] = members.y[k];
+    ++kept;
+  }
+  members.count = kept;
+}
+
 /// Reflection 0 and no mask where nothing reflects.
 template <class T>
 void clear(const TileRows& tile, std::size_t perSample, std::vector<T>& values) {
@@ -59,7 +72,13 @@ void Bands::read(const BandFrame& frame, int firstRow, int rows, Band& band) con
       static_cast<std::size_t>(frame.gbuffer.sampleWidth()) * static_cast<std::size_t>(rows);
   band.image.resize(4 * count);
   band.masks.resize(frame.masks ? count : 0);
-  if (frame.own.all()) return;
+  if (frame.only != nullptr) {
+    band.only.resize(count);
+    frame.only->readRows(firstRow, rows, GL_RED_INTEGER, GL_UNSIGNED_BYTE,
+                         std::as_writable_bytes(std::span(band.only)));
+  } else if (frame.own.all()) {
+    return;
+  }
   // What others have filled stays.
   frame.gbuffer.reflection.readRows(firstRow, rows, GL_RGBA, GL_FLOAT,
                                     std::as_writable_bytes(std::span(band.image)));
@@ -92,7 +111,9 @@ void Bands::traceBand(const BandFrame& frame, const TraceTile& traceTile, Band& 
       const std::size_t column = tile % columns;
       const std::size_t row = tile / columns;
       tiles.find(samples, static_cast<int>(column), static_cast<int>(row), members);
-      if (frame.own.all()) {
+      if (frame.only != nullptr) {
+        keepMarked(band.only, members);
+      } else if (frame.own.all()) {
         const TileRows place{column * kSize, row * kSize, std::min(kSize, width - column * kSize),
                              std::min(kSize, static_cast<std::size_t>(samples.rows) - row * kSize),
                              width};
@@ -108,7 +129,9 @@ void Bands::traceBand(const BandFrame& frame, const TraceTile& traceTile, Band& 
         texel[1] = radiance[k].y;
         texel[2] = radiance[k].z;
         texel[3] = 1.0f;
-        if (frame.masks) band.masks[members.at[k]] = maskBits(flags[k]) | frame.mark;
+        if (!frame.masks) continue;
+        std::uint16_t& mask = band.masks[members.at[k]];
+        mask = (frame.only != nullptr ? mask : 0) | maskBits(flags[k]) | frame.mark;
       }
     }
   });

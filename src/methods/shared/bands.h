@@ -23,6 +23,8 @@ struct BandFrame {
   const frame::ObjectSet& own;  ///< reflectors to shade; samples of others are not changed
   bool masks;
   std::uint16_t mark = 0;  ///< bits of raster::MaskBit that every sample gets, besides its flags
+  /// R8UI by sample: only samples with 1 are shaded, and keep their bits of masks. Null: all.
+  const gl::Texture* only = nullptr;
 };
 
 /// Traces a tile in the calling thread: sets radiance[i] of the tile's member i, and, if masks are
@@ -45,6 +47,7 @@ class Bands {
     raster::GBufferCopy samples;
     std::vector<float> image;  ///< 4 values per sample
     std::vector<std::uint16_t> masks;
+    std::vector<std::uint8_t> only;
   };
   void read(const BandFrame& frame, int firstRow, int rows, Band& band) const;
   static void upload(const BandFrame& frame, const Band& band);

@@ -16,21 +16,22 @@ TracedCounts traceSamples(const TracedPart& samples, const scene::Camera& camera
   const float spread = scene::pixelSpreadRad(camera, gbuffer.sampleHeight());
   TracedCounts counts;
   std::mutex mutex;
-  const double seconds = bands.run(
-      {gbuffer, tiles, services.timer, trace.scene(), samples.own, samples.masks, samples.mark},
-      [&](const raster::GBufferCopy& copy, const SampleTiles::Members& members, Vec3* radiance,
-          std::uint8_t* flags) {
-        const std::int64_t start = nowNs();
-        trace::ReflectionCounts mine;
-        trace::LobeTracer& tracer = trace::LobeTracer::ofThread();
-        tracer.begin(trace, services.lighting, spread, samples.options);
-        tiles.place(copy, members, tracer.points());
-        tracer.run(radiance, flags, nullptr, mine);
-        mine.resolveSeconds = secondsSince(start) - mine.traceSeconds;
-        const std::scoped_lock lock(mutex);
-        counts.add(mine);
-        counts.samples += members.count;
-      });
+  const double seconds =
+      bands.run({gbuffer, tiles, services.timer, trace.scene(), samples.own, samples.masks,
+                 samples.mark, samples.only},
+                [&](const raster::GBufferCopy& copy, const SampleTiles::Members& members,
+                    Vec3* radiance, std::uint8_t* flags) {
+                  const std::int64_t start = nowNs();
+                  trace::ReflectionCounts mine;
+                  trace::LobeTracer& tracer = trace::LobeTracer::ofThread();
+                  tracer.begin(trace, services.lighting, spread, samples.options);
+                  tiles.place(copy, members, tracer.points());
+                  tracer.run(radiance, flags, nullptr, mine);
+                  mine.resolveSeconds = secondsSince(start) - mine.traceSeconds;
+                  const std::scoped_lock lock(mutex);
+                  counts.add(mine);
+                  counts.samples += members.count;
+                });
   counts.shareTime(seconds);
   services.timer.add("trace", counts.traceSeconds);
   services.timer.add("resolve", counts.resolveSeconds);

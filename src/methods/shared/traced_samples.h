@@ -14,7 +14,8 @@ struct TracedPart {
   const trace::ReflectionOptions& options;
   const frame::ObjectSet& own;  ///< the reflectors whose samples are traced
   bool masks = false;
-  std::uint16_t mark = 0;  ///< BandFrame::mark
+  std::uint16_t mark = 0;             ///< BandFrame::mark
+  const gl::Texture* only = nullptr;  ///< BandFrame::only
 };
 
 struct TracedCounts : trace::ReflectionCounts {

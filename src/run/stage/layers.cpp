@@ -15,7 +15,7 @@ struct Mask {
   const char* name;
   const char* meaning;  ///< samples that ...
 };
-constexpr std::array<Mask, 7> kMasks = {{
+constexpr std::array<Mask, 12> kMasks = {{
     {raster::kMaskEnvironment, "mask.environment", "are shaded from the environment or a cube map"},
     {raster::kMaskDisoccluded, "mask.disoccluded", "reflect what the method has no image of"},
     {raster::kMaskClamped, "mask.clamped", "take their radiance from a texel above 65504"},
@@ -23,6 +23,11 @@ constexpr std::array<Mask, 7> kMasks = {{
     {raster::kMaskBelowHorizon, "mask.below_horizon", "have a ray that would enter the surface"},
     {raster::kMaskSky, "mask.sky", "have a ray that left the scene"},
     {raster::kMaskTransition, "mask.transition", "have a ray that hits a virtual wall"},
+    {raster::kMaskOffscreen, "mask.offscreen", "have a ray that leaves the frame"},
+    {raster::kMaskBehind, "mask.behind", "have a ray that passes behind what the frame shows"},
+    {raster::kMaskBackface, "mask.backface", "have a ray that meets the back of a surface"},
+    {raster::kMaskTowardCamera, "mask.toward_camera", "have a ray that passes the eye"},
+    {raster::kMaskSteps, "mask.steps", "have a ray that took all of its steps"},
 }};
 
 /// Appends channels computed per pixel to an interleaved image.

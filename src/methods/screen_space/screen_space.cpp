@@ -1,0 +1,342 @@
+#include "methods/screen_space/screen_space.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "config/options.h"
+#include "gl/query.h"
+#include "gl/shader.h"
+#include "methods/shared/cube_map.h"
+#include "methods/shared/reflectors.h"
+#include "methods/shared/shared_options.h"
+#include "methods/shared/traced_samples.h"
+#include "raster/passes/refractive_samples.h"
+
+namespace catoptric::methods {
+namespace {
+
+namespace screen_space_shared {
+#include "methods/screen_space/shaders/constants.glsl"
+}  // namespace screen_space_shared
+namespace shared = screen_space_shared;
+
+enum class Trace : std::uint8_t { HiZ, Dda };
+enum class Fallback : std::uint8_t { EnvironmentMap, Traced, Black };
+constexpr auto kTraces = config::names<Trace>({{"hi_z", Trace::HiZ}, {"dda", Trace::Dda}});
+constexpr auto kFallbacks = config::names<Fallback>({{"environment_map", Fallback::EnvironmentMap},
+                                                     {"traced", Fallback::Traced},
+                                                     {"black", Fallback::Black}});
+
+struct Options {
+  Trace trace = Trace::HiZ;
+  float thickness = 0.1f;
+  int stride = 1;
+  int maxSteps = 1024;
+  int rays = 8;
+  Fallback fallback = Fallback::EnvironmentMap;
+  int faceSize = 256;
+};
+
+const config::OptionTable<Options>& optionTable() {
+  using config::atLeast, config::field, config::range;
+  static const config::OptionTable<Options> table(
+      "screen_space", "Options of the method screen_space.",
+      {field(&Options::trace, "trace", kTraces,
+             "how a ray is followed. hi_z: over cells of up to 64 x 64 samples by their nearest "
+             "depths; dda: sample by sample, along its longer axis"),
+       field(&Options::thickness, "thickness", atLeast(0.0),
+             "metres behind a surface within which a ray hits it")
+           .trade("0.02,0.1,0.5"),
+       field(&Options::stride, "stride", range(1, 64), "samples that a step of dda takes")
+           .trade("1,2,4"),
+       field(&Options::maxSteps, "max_steps", range(1, 65536), "steps of a ray, at most")
+           .trade("64,256,1024"),
+       field(&Options::rays, "rays", range(1, 256), kRaysHelp).trade("2,4,8,16,32"),
+       field(&Options::fallback, "fallback", kFallbacks,
+             "what rays see that find nothing: the cube map, black, or, for samples with such a "
+             "ray, what is traced"),
+       field(&Options::faceSize, "face_size", range(1, 4096), kFaceSizeHelp)});
+  return table;
+}
+
+/// Counters of shaders/constants.glsl's ends of rays, from kSky on.
+constexpr std::array<const char*, 7> kEnds = {"sky",           "offscreen", "behind",       "backface",
+                                              "toward_camera", "steps",     "below_horizon"};
+static_assert(shared::kCounts == kEnds.size() + 1 && shared::kSky == 1 &&
+              shared::kBelow == static_cast<int>(kEnds.size()));
+
+constexpr int kCell = 1 << (shared::kLevels - 1);
+
+int padded(int samples) {
+  return (samples + kCell - 1) / kCell * kCell;
+}
+
+std::uint64_t pyramidBytes(int width, int height) {
+  return 4 * static_cast<std::uint64_t>(padded(width)) *
+         static_cast<std::uint64_t>(padded(height)) * 4 / 3;
+}
+
+class ScreenSpace : public Method {
+ public:
+  explicit ScreenSpace(const Options& options) : options_(options) {}
+
+  MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
+    MethodPlan plan;
+    plan.gbuffer = true;
+    plan.masks = raster::kMaskSky | raster::kMaskOffscreen | raster::kMaskBehind |
+                 raster::kMaskBackface | raster::kMaskTowardCamera | raster::kMaskSteps |
+                 raster::kMaskBelowHorizon;
+    if (options_.fallback == Fallback::EnvironmentMap) plan.masks |= raster::kMaskEnvironment;
+    if (options_.fallback == Fallback::Traced) plan.masks |= raster::kMaskRetraced;
+    const Reflectors reflectors = findReflectors(scene, settings.reflectors);
+    if (!reflectors.any()) return plan;
+    const int width = settings.width * settings.samples;
+    const int height = settings.height * settings.samples;
+    const std::uint64_t samples =
+        static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+    plan.items = {{"pass", "pyramid", "nearest depths of cells of samples"},
+                  {"pass", "march",
+                   std::to_string(reflectors.count()) +
+                       " reflective objects: rays are followed over the frame's depths"},
+                  {"resource", "pyramid", "R32F by sample, with 6 coarser levels",
+                   pyramidBytes(width, height)},
+                  {"resource", "marks", "R8UI by sample: which have a ray that found nothing",
+                   samples * (settings.masks ? 1 : 3)}};
+    if (options_.fallback == Fallback::EnvironmentMap) {
+      const bool again = scene.animated();
+      plan.items.push_back({again ? "pass" : "precomputation", "cube_map",
+                            again ? "drawn again in frames in which an object or a light moved"
+                                  : "drawn once: it does not change"});
+      plan.items.push_back({"resource", "cube map", "RGBA16F with mip levels",
+                            cubeMapBytes(options_.faceSize, 8)});
+    }
+    if (options_.fallback == Fallback::Traced) {
+      plan.trace = true;
+      plan.items.insert(plan.items.end(),
+                        {{"pass", "readback", "samples with a ray that found nothing"},
+                         {"pass", "trace", "their rays"},
+                         {"pass", "resolve", "their rays are made, hits shaded"},
+                         {"pass", "upload", "their radiance"}});
+    }
+    return plan;
+  }
+
+  void prepare(Services& services, const RunSettings& settings) override {
+    settings_ = settings;
+    reflectors_ = findReflectors(services.scene, settings.reflectors);
+    if (!reflectors_.any()) return;
+    refractive_ = raster::RefractiveSamples(services.scene);
+    raster::GBuffer& gbuffer = *services.gbuffer;
+    const int width = gbuffer.sampleWidth();
+    const int height = gbuffer.sampleHeight();
+    pyramid_ = gl::Texture::make2D("nearest depths", GL_R32F, padded(width), padded(height),
+                                   shared::kLevels);
+    pyramid_.setFilter(GL_NEAREST_MIPMAP_NEAREST, GL_NEAREST);
+    for (int l = 0; l < shared::kLevels; ++l)
+      levels_.emplace_back("nearest depths",
+                           std::initializer_list<gl::Attachment>{{.texture = pyramid_, .level = l}});
+    const char* nearest = "methods/screen_space/shaders/pyramid.frag";
+    first_ = gl::Program::fullScreen("nearest depths, first", nearest, {{"FIRST", "1"}});
+    coarser_ = gl::Program::fullScreen("nearest depths", nearest, {{"FIRST", "0"}});
+    lobeHorizons_ = !gbuffer.lobeHorizon.empty();
+    if (reflectors_.mirrors()) mirrors_ = program(services, 0);
+    if (reflectors_.glossy) glossy_ = program(services, options_.rays);
+    missed_ = gl::Texture::make2D("rays that found nothing", GL_R8UI, width, height);
+    if (!settings.masks) ownMasks_ = gl::Texture::make2D("masks", GL_R16UI, width, height);
+    target_ = gl::Framebuffer("screen space",
+                              {{.texture = gbuffer.reflection},
+                               {.texture = settings.masks ? gbuffer.masks : ownMasks_},
+                               {.texture = missed_}},
+                              {.texture = gbuffer.depth});
+    counts_ = gl::Buffer("ends of rays", shared::kCounts * sizeof(std::uint32_t));
+    tracing_.rays = options_.rays;
+    tracing_.bounces = 1;
+    tracing_.fresnelSchlick = settings.fresnelSchlick;
+    for (auto* counter : {&mirrorSamples_, &glossySamples_})
+      *counter = gl::FragmentCounter("reflective samples");
+  }
+
+  void render(const FrameInput& input, Services& services, FrameOutput& output) override {
+    raster::GBuffer& gbuffer = *services.gbuffer;
+    if (settings_.masks && settings_.reflectors.all())
+      gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+    std::array<std::uint32_t, shared::kCounts> counts{};
+    std::uint64_t samples = 0;
+    std::uint64_t missed = 0;
+    std::uint64_t refractive = 0;
+    if (reflectors_.any()) {
+      if (options_.fallback == Fallback::EnvironmentMap)
+        cubeMap_.follow(input, services, services.geometry.bounds.centre(), options_.faceSize);
+      services.timer.measure("pyramid", [&] { drawPyramid(gbuffer); });
+      services.timer.measure("march", [&] {
+        march(services, input.frame.camera);
+        refractive = refractive_.count(gbuffer);
+        samples = (reflectors_.mirrors() ? mirrorSamples_.read() : 0) +
+                  (reflectors_.glossy ? glossySamples_.read() : 0);
+        counts_.read(0, sizeof counts, counts.data());
+      });
+      const bool any = std::accumulate(counts.begin() + shared::kOffscreen,
+                                       counts.begin() + shared::kBelow, std::uint64_t{0}) > 0;
+      if (options_.fallback == Fallback::Traced && any)
+        missed = traceSamples({*services.trace, tracing_, settings_.reflectors, settings_.masks,
+                               raster::kMaskRetraced, &missed_},
+                              input.frame.camera, services, bands_)
+                     .samples;
+    }
+    output.counters["samples"] = samples;
+    output.counters["retraced"] = missed;
+    output.counters["refraction_mirrored"] = refractive;
+    if (options_.fallback == Fallback::EnvironmentMap)
+      output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
+    output.counters["hits"] = counts[shared::kHit];
+    for (std::size_t i = 0; i < kEnds.size(); ++i) output.counters[kEnds[i]] = counts[i + 1];
+  }
+
+ private:
+  gl::Program program(const Services& services, int rays) const {
+    std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
+    const int fallback = options_.fallback == Fallback::EnvironmentMap ? 1
+                         : options_.fallback == Fallback::Traced       ? 2
+                                                                       : 0;
+    defines.insert(defines.end(), {{"HI_Z", options_.trace == Trace::HiZ ? "1" : "0"},
+                                   {"LOBES", std::to_string(rays)},
+                                   {"LOBE_HORIZONS", lobeHorizons_ ? "1" : "0"},
+                                   {"FALLBACK", std::to_string(fallback)},
+                                   {"GGX", services.scene.hasGgxLobes() ? "1" : "0"}});
+    return gl::Program::fullScreen(rays > 0 ? "screen space, glossy" : "screen space",
+                                   "methods/screen_space/shaders/reflect.frag", std::move(defines));
+  }
+
+  void drawPyramid(const raster::GBuffer& gbuffer) {
+    const gl::DrawScope scope{gl::DrawState()};
+    for (std::size_t l = 0; l < levels_.size(); ++l) {
+      levels_[l].bind();
+      gl::Program& used = l == 0 ? first_ : coarser_;
+      used.use();
+      if (l == 0) {
+        gbuffer.depth.bind(0);
+        first_.set("size", glm::ivec2(gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+      } else {
+        pyramid_.bindImage(0, GL_READ_ONLY, static_cast<int>(l) - 1);
+      }
+      gl::drawFullScreenTriangle();
+      glMemoryBarrier(GL_FRAMEBUFFER_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    }
+  }
+
+  // One full-screen pass per kind of reflector, on its stencil class alone.
+  void march(Services& services, const scene::Camera& camera) {
+    target_.clearColorUint(2, 0);
+    const std::array<std::uint32_t, shared::kCounts> zeros{};
+    counts_.write(0, sizeof zeros, zeros.data());
+    counts_.bindStorage(0);
+    if (reflectors_.mirrors())
+      pass(mirrors_, mirrorSamples_, services, camera, raster::onMirrors());
+    if (reflectors_.glossy)
+      pass(glossy_, glossySamples_, services, camera,
+           raster::onSamplesOf(raster::SampleClass::Glossy));
+  }
+
+  void pass(gl::Program& program, const gl::FragmentCounter& counter, Services& services,
+            const scene::Camera& camera, const gl::DrawState& state) {
+    const raster::GBuffer& gbuffer = *services.gbuffer;
+    const Vec2 size(gbuffer.sampleWidth(), gbuffer.sampleHeight());
+    target_.bind();
+    const gl::DrawScope scope(state);
+    program.use();
+    services.raster->bindShadingResources(program.id(), services.lighting);
+    pyramid_.bind(0);
+    gbuffer.normal.bindImage(1, GL_READ_ONLY);
+    gbuffer.diffuse.bindImage(2, GL_READ_ONLY);
+    if (lobeHorizons_) gbuffer.lobeHorizon.bindImage(3, GL_READ_ONLY);
+    gbuffer.object.bindImage(4, GL_READ_ONLY);
+    if (options_.fallback == Fallback::EnvironmentMap) {
+      cubeMap_.bind(1);
+      cubeMap_.setLevels(program);
+    }
+    const float focal = 0.5f * size.y / std::tan(0.5f * camera.verticalFovRad);
+    const Mat3 worldFromCamera(camera.worldFromCamera);
+    program.set("size", size);
+    program.set("focal", Vec2(focal));
+    program.set("nearMetres", camera.nearMetres);
+    program.set("eyeFromWorld", glm::transpose(Mat3(worldFromCamera[0], -worldFromCamera[1],
+                                                    -worldFromCamera[2])));
+    program.set("thickness", options_.thickness);
+    program.set("maxSteps", options_.maxSteps);
+    program.set("stride", static_cast<float>(options_.stride));
+    program.set("rayFromSample", scene::rayFromPixel(camera, gbuffer.sampleWidth(),
+                                                     gbuffer.sampleHeight()));
+    counter.begin();
+    gl::drawFullScreenTriangle();
+    counter.end();
+  }
+
+  Options options_;
+  RunSettings settings_;
+  Reflectors reflectors_;
+  raster::RefractiveSamples refractive_;
+  bool lobeHorizons_ = false;
+  CubeMap cubeMap_;
+  gl::Texture pyramid_;  ///< reversed depths
+  std::vector<gl::Framebuffer> levels_;
+  gl::Program first_;
+  gl::Program coarser_;
+  gl::Program mirrors_;
+  gl::Program glossy_;
+  gl::Texture missed_;    ///< R8UI: whether a ray of the sample found nothing
+  gl::Texture ownMasks_;  ///< if the run has no masks
+  gl::Framebuffer target_;
+  gl::Buffer counts_;
+  gl::FragmentCounter mirrorSamples_;
+  gl::FragmentCounter glossySamples_;
+  trace::ReflectionOptions tracing_;
+  Bands bands_;
+};
+
+}  // namespace
+
+const MethodEntry& screenSpaceEntry() {
+  static const MethodEntry entry{
+      .id = "screen_space",
+      .summary = "follows reflected rays over the depths of the frame itself",
+      .paper = "",
+      .steps = {{"cube_map", "start, frames",
+                 "the cube map is drawn; again after something has moved"},
+                {"pyramid", "frames", "nearest depths of cells of samples"},
+                {"march", "frames", "rays are followed over the frame's depths"},
+                {"readback", "frames", "samples to be traced are read back"},
+                {"trace", "frames", "rays of samples with a ray that found nothing are traced"},
+                {"resolve", "frames", "rays are generated; hits are shaded"},
+                {"upload", "frames", "traced reflections are uploaded"}},
+      .counters = {{"samples", "reflective samples"},
+                   {"hits", "rays that hit a surface which the frame shows"},
+                   {"sky", "rays that leave the scene over the background"},
+                   {"offscreen", "rays that leave the frame"},
+                   {"behind", "rays that passed behind a surface which the frame shows"},
+                   {"backface", "rays that met the back of a surface which the frame shows"},
+                   {"toward_camera", "rays that pass the eye"},
+                   {"steps", "rays that took all of their steps"},
+                   {"below_horizon",
+                    "samples whose normal was corrected, or with a ray that would enter the "
+                    "surface"},
+                   {"retraced", "samples that were traced"},
+                   {"refraction_mirrored",
+                    "samples of refractive materials, which are mirrored instead"},
+                   {"clamped_cube_map", "texels of the cube map above the range of half floats",
+                    true, "fallback environment_map"}},
+      .tests = {.small = R"({"face_size": 64})",
+                .variants = {R"({"trace": "dda"})", R"({"fallback": "traced"})",
+                             R"({"fallback": "black"})"}},
+      .options = optionTable().schema(),
+      .make = [](const config::Value& options) -> std::unique_ptr<Method> {
+        return std::make_unique<ScreenSpace>(optionTable().parse(options));
+      }};
+  return entry;
+}
+
+}  // namespace catoptric::methods

@@ -1,0 +1,159 @@
+#include "methods/screen_space/screen_space.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "frame/test_scenes.h"
+#include "methods/testing/gl_harness.h"
+
+namespace catoptric::methods {
+namespace {
+
+using test::rotation;
+using test::translation;
+
+constexpr int kWidth = 200;
+constexpr int kHeight = 160;
+constexpr std::uint32_t kMirror = 1;
+
+/// A mirror on the ground, before a wall, with a pillar; the camera sees what is reflected.
+scene::Scene hall(float roughness = 0.0f) {
+  test::SceneBuilder builder;
+  builder.constantEnvironment(Vec3(0.5f, 0.6f, 0.9f));
+  builder.add(scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Unit),
+              builder.reflective(0.8f, roughness));
+  builder.add(scene::makePlane({8.0f, 8.0f}, {1, 1}, scene::UvMode::Unit),
+              builder.diffuse(Vec3(0.7f, 0.3f, 0.2f)),
+              translation({0.0f, 4.0f, -2.0f}) * rotation(90.0f, {1.0f, 0.0f, 0.0f}));
+  builder.add(scene::makeBox({}, scene::UvMode::Unit), builder.diffuse(Vec3(0.1f, 0.6f, 0.3f)),
+              translation({0.4f, 0.5f, -1.0f}) * glm::scale(Mat4(1.0f), Vec3(0.4f, 1.0f, 0.4f)));
+  return builder.scene();
+}
+
+scene::Camera camera() {
+  return scene::lookAt({0.0f, 1.0f, 3.0f}, {0.0f, 0.6f, -2.0f}, {0.0f, 1.0f, 0.0f}, 1.0f);
+}
+
+struct Frame {
+  std::vector<float> reflection;
+  std::vector<std::uint32_t> ids;
+  std::vector<std::uint16_t> masks;
+  Counters counters;
+};
+
+Frame frameOf(const std::string& method, const std::string& options, float roughness = 0.0f) {
+  test::GlStage stage(hall(roughness), test::framesOf(kWidth, kHeight, 1, true));
+  Frame frame;
+  frame.counters =
+      test::GlMethod(stage, test::methodNamed(method), options).render(camera()).counters;
+  frame.reflection = raster::readRgba(stage.gbuffer.reflection);
+  frame.ids = raster::readIds(stage.gbuffer.object);
+  frame.masks = raster::readMasks(stage.gbuffer.masks);
+  return frame;
+}
+
+constexpr std::uint16_t kMisses = raster::kMaskOffscreen | raster::kMaskBehind |
+                                  raster::kMaskBackface | raster::kMaskTowardCamera |
+                                  raster::kMaskSteps;
+
+float differenceAt(const Frame& a, const Frame& b, std::size_t i) {
+  float worst = 0.0f;
+  for (std::size_t c = 0; c < 3; ++c)
+    worst = std::max(worst, std::abs(a.reflection[4 * i + c] - b.reflection[4 * i + c]));
+  return worst;
+}
+
+TEST(ScreenSpace, SeesWhatRaysMeetWhereTheFrameShowsIt) {
+  const Frame traced = frameOf("traced", "{}");
+  for (const char* trace : {"hi_z", "dda"}) {
+    const Frame frame =
+        frameOf("screen_space", "{\"fallback\": \"black\", \"trace\": \"" + std::string(trace) + "\"}");
+    int found = 0;
+    int missed = 0;
+    int different = 0;
+    for (std::size_t i = 0; i < frame.ids.size(); ++i) {
+      if (frame.ids[i] != kMirror) continue;
+      if ((frame.masks[i] & kMisses) != 0) {
+        ++missed;
+        EXPECT_EQ(frame.reflection[4 * i], 0.0f);
+        continue;
+      }
+      ++found;
+      different += differenceAt(frame, traced, i) > 0.02f ? 1 : 0;
+    }
+    EXPECT_GT(found, 5000) << trace;
+    EXPECT_GT(missed, 100) << trace;
+    // Outlines of the pillar
+    EXPECT_LT(different, found / 50) << trace;
+  }
+}
+
+TEST(ScreenSpace, BothWaysToFollowARayMeetTheSame) {
+  const Frame coarse = frameOf("screen_space", R"({"fallback": "black"})");
+  const Frame fine = frameOf("screen_space", R"({"fallback": "black", "trace": "dda"})");
+  int samples = 0;
+  int different = 0;
+  for (std::size_t i = 0; i < coarse.ids.size(); ++i) {
+    if (coarse.ids[i] != kMirror) continue;
+    ++samples;
+    different += differenceAt(coarse, fine, i) > 1e-3f ? 1 : 0;
+  }
+  EXPECT_LT(different, samples / 100);
+}
+
+TEST(ScreenSpace, EachRayEndsOnceAndItsSampleIsMarked) {
+  for (const float roughness : {0.0f, 0.3f}) {
+    const Frame frame = frameOf("screen_space", R"({"fallback": "black", "rays": 4})", roughness);
+    std::uint64_t ends = 0;
+    for (const char* end :
+         {"hits", "sky", "offscreen", "behind", "backface", "toward_camera", "steps"})
+      ends += frame.counters.at(end);
+    const std::uint64_t rays = roughness > 0.0f ? 4 : 1;
+    EXPECT_EQ(ends, rays * frame.counters.at("samples"));
+    if (rays > 1) continue;
+    for (const auto& [bit, end] : {std::pair(raster::kMaskOffscreen, "offscreen"),
+                                   std::pair(raster::kMaskBehind, "behind"),
+                                   std::pair(raster::kMaskSky, "sky")}) {
+      std::uint64_t marked = 0;
+      for (const std::uint16_t mask : frame.masks) marked += (mask & bit) != 0 ? 1 : 0;
+      EXPECT_EQ(marked, frame.counters.at(end)) << end;
+    }
+  }
+}
+
+TEST(ScreenSpace, ASampleWithAMissIsTracedAsByTraced) {
+  for (const float roughness : {0.0f, 0.3f}) {
+    const Frame traced = frameOf("traced", "{}", roughness);
+    const Frame frame = frameOf("screen_space", R"({"fallback": "traced"})", roughness);
+    std::uint64_t retraced = 0;
+    for (std::size_t i = 0; i < frame.ids.size(); ++i) {
+      if (frame.ids[i] != kMirror || (frame.masks[i] & kMisses) == 0) continue;
+      ++retraced;
+      EXPECT_NE(frame.masks[i] & raster::kMaskRetraced, 0);
+      ASSERT_EQ(differenceAt(frame, traced, i), 0.0f);
+    }
+    EXPECT_GT(retraced, 100u);
+    EXPECT_EQ(retraced, frame.counters.at("retraced"));
+  }
+}
+
+// A ray that grazes behind the pillar hits it if the pillar is taken to be thick.
+TEST(ScreenSpace, ThicknessDecidesWhatPassesBehind) {
+  const Frame thin = frameOf("screen_space", R"({"thickness": 0})");
+  const Frame thick = frameOf("screen_space", R"({"thickness": 10})");
+  EXPECT_GT(thin.counters.at("behind"), thick.counters.at("behind"));
+  EXPECT_EQ(thick.counters.at("behind"), 0u);
+}
+
+TEST(ScreenSpace, StepsAreBounded) {
+  const Frame few = frameOf("screen_space", R"({"max_steps": 4})");
+  EXPECT_GT(few.counters.at("steps"), few.counters.at("samples") / 2);
+  const Frame enough = frameOf("screen_space", "{}");
+  EXPECT_EQ(enough.counters.at("steps"), 0u);
+}
+
+}  // namespace
+}  // namespace catoptric::methods
