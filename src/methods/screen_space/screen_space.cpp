@@ -65,8 +65,8 @@ const config::OptionTable<Options>& optionTable() {
 }
 
 /// Counters of shaders/constants.glsl's ends of rays, from kSky on.
-constexpr std::array<const char*, 7> kEnds = {"sky",           "offscreen", "behind",       "backface",
-                                              "toward_camera", "steps",     "below_horizon"};
+constexpr std::array<const char*, 7> kEnds = {
+    "sky", "offscreen", "behind", "backface", "toward_camera", "steps", "below_horizon"};
 static_assert(shared::kCounts == kEnds.size() + 1 && shared::kSky == 1 &&
               shared::kBelow == static_cast<int>(kEnds.size()));
 
@@ -112,8 +112,8 @@ class ScreenSpace : public Method {
       plan.items.push_back({again ? "pass" : "precomputation", "cube_map",
                             again ? "drawn again in frames in which an object or a light moved"
                                   : "drawn once: it does not change"});
-      plan.items.push_back({"resource", "cube map", "RGBA16F with mip levels",
-                            cubeMapBytes(options_.faceSize, 8)});
+      plan.items.push_back(
+          {"resource", "cube map", "RGBA16F with mip levels", cubeMapBytes(options_.faceSize, 8)});
     }
     if (options_.fallback == Fallback::Traced) {
       plan.trace = true;
@@ -138,8 +138,8 @@ class ScreenSpace : public Method {
                                    shared::kLevels);
     pyramid_.setFilter(GL_NEAREST_MIPMAP_NEAREST, GL_NEAREST);
     for (int l = 0; l < shared::kLevels; ++l)
-      levels_.emplace_back("nearest depths",
-                           std::initializer_list<gl::Attachment>{{.texture = pyramid_, .level = l}});
+      levels_.emplace_back("nearest depths", std::initializer_list<gl::Attachment>{
+                                                 {.texture = pyramid_, .level = l}});
     const char* nearest = "methods/screen_space/shaders/pyramid.frag";
     first_ = gl::Program::fullScreen("nearest depths, first", nearest, {{"FIRST", "1"}});
     coarser_ = gl::Program::fullScreen("nearest depths", nearest, {{"FIRST", "0"}});
@@ -264,13 +264,13 @@ class ScreenSpace : public Method {
     program.set("size", size);
     program.set("focal", Vec2(focal));
     program.set("nearMetres", camera.nearMetres);
-    program.set("eyeFromWorld", glm::transpose(Mat3(worldFromCamera[0], -worldFromCamera[1],
-                                                    -worldFromCamera[2])));
+    program.set("eyeFromWorld",
+                glm::transpose(Mat3(worldFromCamera[0], -worldFromCamera[1], -worldFromCamera[2])));
     program.set("thickness", options_.thickness);
     program.set("maxSteps", options_.maxSteps);
     program.set("stride", static_cast<float>(options_.stride));
-    program.set("rayFromSample", scene::rayFromPixel(camera, gbuffer.sampleWidth(),
-                                                     gbuffer.sampleHeight()));
+    program.set("rayFromSample",
+                scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
     counter.begin();
     gl::drawFullScreenTriangle();
     counter.end();

@@ -69,8 +69,8 @@ float differenceAt(const Frame& a, const Frame& b, std::size_t i) {
 TEST(ScreenSpace, SeesWhatRaysMeetWhereTheFrameShowsIt) {
   const Frame traced = frameOf("traced", "{}");
   for (const char* trace : {"hi_z", "dda"}) {
-    const Frame frame =
-        frameOf("screen_space", "{\"fallback\": \"black\", \"trace\": \"" + std::string(trace) + "\"}");
+    const Frame frame = frameOf(
+        "screen_space", "{\"fallback\": \"black\", \"trace\": \"" + std::string(trace) + "\"}");
     int found = 0;
     int missed = 0;
     int different = 0;
@@ -114,9 +114,9 @@ TEST(ScreenSpace, EachRayEndsOnceAndItsSampleIsMarked) {
     const std::uint64_t rays = roughness > 0.0f ? 4 : 1;
     EXPECT_EQ(ends, rays * frame.counters.at("samples"));
     if (rays > 1) continue;
-    for (const auto& [bit, end] : {std::pair(raster::kMaskOffscreen, "offscreen"),
-                                   std::pair(raster::kMaskBehind, "behind"),
-                                   std::pair(raster::kMaskSky, "sky")}) {
+    for (const auto& [bit, end] :
+         {std::pair(raster::kMaskOffscreen, "offscreen"), std::pair(raster::kMaskBehind, "behind"),
+          std::pair(raster::kMaskSky, "sky")}) {
       std::uint64_t marked = 0;
       for (const std::uint16_t mask : frame.masks) marked += (mask & bit) != 0 ? 1 : 0;
       EXPECT_EQ(marked, frame.counters.at(end)) << end;
