@@ -19,24 +19,24 @@ _catoptric() {
   esac
   local options=
   case $command in
-    render) options="--help --frames --camera --environment --asset-path --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --existing --chunk --keep-going --video --ocio --view --no-tables --wait --stop-within --dry-run --progress --repeats --ratio-to --amortize" ;;
-    plan) options="--help --frames --camera --environment --asset-path --method --set --device --threads --seed --json --quiet --verbose --shader-dir" ;;
+    render) options="--help --frames --camera --environment --asset-path --ground --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --existing --chunk --keep-going --video --ocio --view --no-tables --wait --stop-within --dry-run --progress --repeats --ratio-to --amortize" ;;
+    plan) options="--help --frames --camera --environment --asset-path --ground --method --set --device --threads --seed --json --quiet --verbose --shader-dir" ;;
     info) options="--help --json --quiet --verbose" ;;
     list) options="--help --schema --markdown --man --completion --json --quiet --verbose" ;;
     doctor) options="--help --json --quiet --verbose" ;;
     merge) options="--help --out --existing --json --quiet --verbose" ;;
-    submit) options="--help --frames --camera --environment --asset-path --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --to --chunks --task-minutes --times --max-parallel --sbatch --dry-run" ;;
+    submit) options="--help --frames --camera --environment --asset-path --ground --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --to --chunks --task-minutes --times --max-parallel --sbatch --dry-run" ;;
     status) options="--help --wait --verify --json --quiet --verbose" ;;
     retry) options="--help --verify --dry-run --json --quiet --verbose" ;;
     cancel) options="--help --json --quiet --verbose" ;;
     compare) options="--help --out --video --fail --fail-percent --hard-fail --max-mean --max-l1 --start-exposure --stop-exposure --num-exposures --ppd --json --quiet --verbose" ;;
     figure) options="--help --out --frame --crop --zoom --width --layer --mask --against --difference --labels --title --columns --json --quiet --verbose" ;;
     layers) options="--help --out --layer --json --quiet --verbose" ;;
-    sweep) options="--help --frames --camera --environment --asset-path --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --against --repeats --workers --patience --budget --existing --clock --progress --time --amortize --vary --link --where --metric --ratio-to --keep-frames --dry-run" ;;
+    sweep) options="--help --frames --camera --environment --asset-path --ground --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --against --repeats --workers --patience --budget --existing --clock --progress --time --amortize --vary --link --where --metric --ratio-to --keep-frames --dry-run" ;;
     tables) options="--help --out --effort --only --format --repeats --workers --patience --amortize --text-only --into --values --pictures --check --progress --json --quiet --verbose" ;;
-    tune) options="--help --frames --camera --environment --asset-path --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --against --repeats --workers --patience --budget --existing --clock --progress --time --amortize --max-error --max-time --vary --per-reflector --verify --test-path --margin --dry-run" ;;
+    tune) options="--help --frames --camera --environment --asset-path --ground --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --against --repeats --workers --patience --budget --existing --clock --progress --time --amortize --max-error --max-time --vary --per-reflector --verify --test-path --margin --dry-run" ;;
     nightly) options="--help --history --effort --only --program --baseline --time-gate --repeats --clock --patience --run-only --compare-only --report-only --html --single-file --junit --reason --progress --json --quiet --verbose" ;;
-    worker) options="--help --frames --camera --environment --asset-path --method --set --device --threads --seed --json --quiet --verbose --shader-dir" ;;
+    worker) options="--help --frames --camera --environment --asset-path --ground --method --set --device --threads --seed --json --quiet --verbose --shader-dir" ;;
   esac
   if [[ $word == -* ]]; then
     COMPREPLY=($(compgen -W "$options" -- "$word"))

@@ -27,6 +27,7 @@ struct RunOptions {
   std::string camera;
   std::string environment;
   std::vector<std::string> assetPaths;
+  std::string ground;
   std::vector<std::string> methods;
   std::vector<std::string> settings;
   std::string device;

@@ -229,7 +229,7 @@ std::string infoText(const std::string& input, const scene::Scene& scene,
   line("bounds",
        placeText(scene, bounds, bounds.min) + " to " + placeText(scene, bounds, bounds.max));
   line("environment", scene.environment.isDefault
-                          ? std::string("the default sky, because the file has no light")
+                          ? std::string("a default sky and sun, because the file has no light")
                           : std::string(environmentName(scene.environment.type)));
   line("baked light", bakeName(scene.bake.mode));
   if (scene.animated())

@@ -215,6 +215,9 @@ Rows runRows(RunOptions& options, CommonOptions& common) {
                     "Look here too for files that the scene names but has not in its folder. "
                     "Repeat the option for several folders",
                     {.oneEach = true}),
+             option("--ground", options.ground, "KIND",
+                    "Put a plane below a glTF file, which receives shadows: matte or mirror",
+                    {.notEmpty = true}),
              option("--method", options.methods, "NAME",
                     "Run only these methods, separated by commas: names in the config, or from "
                     "`catoptric list methods` [all of the config]",
@@ -306,6 +309,7 @@ InputConfig readConfig(const RunOptions& options) {
   for (std::size_t i = 0; i < options.assetPaths.size(); ++i)
     set(("asset_paths." + std::to_string(i)).c_str(), options.assetPaths[i],
         config::jsonString(options.assetPaths[i]), "--asset-path");
+  set("ground", options.ground, config::jsonString(options.ground), "--ground");
   set("frames", options.frames, config::jsonString(options.frames), "--frames");
   set("device", options.device, config::jsonString(options.device), "--device");
   set("threads", options.threads, options.threads, "--threads");

@@ -332,11 +332,20 @@ bool leavesNoArea(const glm::dmat3& m) {
          glm::cross(m[2], m[0]) == none;
 }
 
-Box3 boundsAtStart(const Scene& scene) {
+std::vector<Vec3> placesAtStart(const Scene& scene) {
   const Pose pose = poseAt(scene, 0.0);
+  std::vector<Vec3> places;
+  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
+    if (static_cast<int>(o) == scene.ground) continue;
+    const std::vector<Vec3> own = worldVertices(scene, scene.objects[o], pose).positions;
+    places.insert(places.end(), own.begin(), own.end());
+  }
+  return places;
+}
+
+Box3 boundsAtStart(const Scene& scene) {
   Box3 bounds;
-  for (const Object& object : scene.objects)
-    for (const Vec3& p : worldVertices(scene, object, pose).positions) bounds.extend(p);
+  for (const Vec3& p : placesAtStart(scene)) bounds.extend(p);
   return bounds;
 }
 

@@ -41,7 +41,10 @@ struct WorldVertices {
 };
 WorldVertices worldVertices(const Scene& scene, const Object& object, const Pose& pose);
 
-/// The box of all objects at time 0, in world space.
+/// All vertices at time 0 in world space, without those of Scene::ground.
+std::vector<Vec3> placesAtStart(const Scene& scene);
+
+/// Their box.
 Box3 boundsAtStart(const Scene& scene);
 
 }  // namespace catoptric::scene

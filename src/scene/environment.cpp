@@ -2,19 +2,10 @@
 
 #include "core/error.h"
 #include "core/nearest_file.h"
+#include "scene/daylight.h"
 #include "scene/procedural/procedural.h"
 
 namespace catoptric::scene {
-
-Environment defaultEnvironment() {
-  Environment sky;
-  sky.type = EnvironmentType::Gradient;
-  sky.color = Vec3(0.75f, 0.87f, 1.0f);
-  sky.horizon = Vec3(1.0f, 1.0f, 1.0f);
-  sky.ground = Vec3(0.3f, 0.28f, 0.26f);
-  sky.isDefault = true;
-  return sky;
-}
 
 Environment namedEnvironment(const config::Value& text, const std::filesystem::path& file) {
   const std::string& name = text.asString();

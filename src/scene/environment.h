@@ -1,4 +1,4 @@
-// Environments that a run names, and the default for scenes without light.
+// Environments that a run names.
 #pragma once
 
 #include <filesystem>
@@ -7,10 +7,6 @@
 #include "scene/scene.h"
 
 namespace catoptric::scene {
-
-/// The default environment of a glTF file without lights: a soft sky over a darker ground, without
-/// a colour cast that would hide the colours of materials. Our choice.
-Environment defaultEnvironment();
 
 /// An environment from its text: "sky" (the default), a colour "#rrggbb" (sRGB) or "r,g,b"
 /// (radiance, scene-linear), or an image, whose path is `file`. Throws UsageError with the text's

@@ -51,18 +51,23 @@ TEST(NamedEnvironment, WhatIsWrongIsSaid) {
     EXPECT_THAT(messageOf(text), HasSubstr("is not a colour of three numbers from 0")) << text;
 }
 
-TEST_F(Gltf, FilesWithoutALightGetTheDefaultSky) {
+TEST_F(Gltf, FilesWithoutALightGetASkyAndASun) {
   w = triangleFile();
   const Scene bare = loadScene(w.gltf(folder));
   EXPECT_TRUE(bare.environment.isDefault);
   EXPECT_EQ(bare.environment.type, EnvironmentType::Gradient);
   EXPECT_GT(bare.environment.ground.x, 0.0f);
+  ASSERT_EQ(bare.lights.size(), 1u);
+  EXPECT_TRUE(bare.lights[0].baked);
+  EXPECT_EQ(bare.bake.mode, BakeMode::Full);
   // As an asset of a description it brings none.
   EXPECT_EQ(load().environment.color, Vec3(0.0f));
 
   const Environment white = named("1,1,1");
   const Scene chosen = loadScene(w.gltf(folder), {}, white);
   EXPECT_FALSE(chosen.environment.isDefault);
+  EXPECT_TRUE(chosen.lights.empty());
+  EXPECT_EQ(chosen.bake.mode, BakeMode::None);
   EXPECT_EQ(chosen.environment.color, Vec3(1.0f));
   EXPECT_NE(chosen.fingerprint, bare.fingerprint);  // frames of the one are none of the other
 

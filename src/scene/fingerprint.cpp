@@ -224,6 +224,7 @@ void addSurroundings(Contents& all, const Scene& scene, std::vector<std::byte>& 
   all.value(scene.bake.rays);
   all.value(scene.bake.bounces);
   all.value(scene.bake.ambientOcclusionDistance);
+  if (scene.bake.skyApart) all.value(scene.bake.skyApart);
   all.vec(scene.ambient);
   all.value(scene.origin);
 }

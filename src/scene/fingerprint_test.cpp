@@ -50,13 +50,14 @@ class SceneFingerprint : public ::testing::Test {
 
 TEST_F(SceneFingerprint, HasTheWholeOfTheScene) {
   auto& [name, source, origin, meshes, materials, textures, nodes, skins, objects, lights, cameras,
-         animation, environment, bake, ambient, highlights, notes, warnings, fingerprint] = scene_;
+         groundObject, animation, environment, bake, ambient, highlights, notes, warnings,
+         fingerprint] = scene_;
   expectAllCount(print_, origin, meshes, materials, textures, nodes, skins, objects, lights,
                  cameras, animation, ambient, highlights);
-  expectNoneCounts(print_, name, source, notes, warnings, fingerprint);
+  expectNoneCounts(print_, name, source, groundObject, notes, warnings, fingerprint);
 
-  auto& [mode, rays, bounces, ambientOcclusionDistance] = bake;
-  expectAllCount(print_, mode, rays, bounces, ambientOcclusionDistance);
+  auto& [mode, rays, bounces, ambientOcclusionDistance, skyApart] = bake;
+  expectAllCount(print_, mode, rays, bounces, ambientOcclusionDistance, skyApart);
 
   auto& [type, color, horizon, ground, file, scale, rotationRad, isDefault] = environment;
   expectAllCount(print_, type, color, horizon, ground, scale, rotationRad);

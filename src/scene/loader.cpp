@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "core/error.h"
-#include "scene/environment.h"
 #include "scene/finish.h"
 
 namespace catoptric::scene {
@@ -49,7 +48,7 @@ std::filesystem::path assetFile(const std::filesystem::path& folder,
 }
 
 Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits,
-                const std::optional<Environment>& environment) {
+                const std::optional<Environment>& environment, Ground ground) {
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -58,9 +57,18 @@ Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits,
     scene = loadGltf(file, limits);
     scene.highlights = true;
     letDielectricsReflect(scene);
-    if (scene.lights.empty()) scene.environment = defaultEnvironment();
+    if (environment) {
+      scene.environment = *environment;
+    } else if (scene.lights.empty()) {
+      addDaylight(scene);
+    }
+    addGround(scene, ground);
   } else if (extension == ".json") {
+    if (ground != Ground::None)
+      throw SceneError(file.string() +
+                       ": is a description, which gets no ground; add a plane to it");
     scene = loadDescription(file, limits);
+    if (environment) scene.environment = *environment;
   } else {
     std::error_code error;
     if (std::filesystem::is_directory(file, error))
@@ -68,7 +76,6 @@ Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits,
     throw SceneError(file.string() + ": \"" + extension +
                      "\" is not a kind of scene; the kinds are .json, .gltf and .glb");
   }
-  if (environment) scene.environment = *environment;
   finishScene(scene);
   checkScene(scene);
   return scene;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "scene/daylight.h"
 #include "scene/scene.h"
 
 namespace catoptric::scene {
@@ -47,10 +48,11 @@ std::filesystem::path assetFile(const std::filesystem::path& folder,
 inline constexpr const char* kAssetHint = "; --asset-path FOLDER names folders to look in";
 
 /// Loads and checks a scene. `environment`, if given, replaces the scene's own; without it a glTF
-/// file that has no lights gets the default environment. Throws SceneError, which names the file,
-/// the place (with a JSON pointer where there is one), the value and what is allowed.
+/// file that has no lights gets daylight. `ground` is for glTF files. Throws SceneError, which
+/// names the file, the place (with a JSON pointer where there is one), the value and what is
+/// allowed.
 Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits = limitsOfEnvironment(),
-                const std::optional<Environment>& environment = {});
+                const std::optional<Environment>& environment = {}, Ground ground = Ground::None);
 
 /// Loads a glTF file alone; scene descriptions also use it for their assets.
 Scene loadGltf(const std::filesystem::path& file, const LoadLimits& limits = {});

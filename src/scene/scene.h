@@ -208,6 +208,9 @@ struct BakeSettings {
   int rays = 256;                         ///< hemisphere rays per vertex
   int bounces = 2;                        ///< gathers of interreflection (Full)
   float ambientOcclusionDistance = 0.0f;  ///< metres; 0: a tenth of the scene's diameter
+  /// Full: the light that arrives from the environment itself stays a share of its unoccluded
+  /// light, so that normal maps change it.
+  bool skyApart = false;
 };
 
 struct Scene {
@@ -226,6 +229,7 @@ struct Scene {
   std::vector<Object> objects;
   std::vector<Light> lights;
   std::vector<CameraDefinition> cameras;
+  int ground = kNone;  ///< object that addGround() added; cameras that fit the scene leave it out
   std::vector<AnimationChannel> animation;
   Environment environment;
   BakeSettings bake;

@@ -129,6 +129,7 @@ def configs(cases):
         ("/methods/2/rays", [0, 1e12], RANGE),
         ("/errors/against/0", ["nobody", 5], ""),
         ("/preview/exposure", ["bright"], WANTED),
+        ("/ground", ["grass", 5], WANTED),
         ("/seed", [-1, 1.5, "x"], ""),
         ("/threads", [-1, 5000, "all"], ""),
         ("/unknown", [1], "unknown"),

@@ -105,6 +105,8 @@ class Bench:
                 method["samples"] = image["samples"]
         config = {"scene": scene, "path": "path.json", "image": image, "methods": methods,
                   "preview": {"enabled": not case.huge}}
+        if scene == "scene.gltf":
+            config["environment"] = "sky"
         (folder / "run.json").write_text(json.dumps(config))
         done = self.run("render", str(folder / "run.json"), "--out", str(folder / "out"), "-q")
         return "" if done.returncode == 0 else f"exit {done.returncode}: {done.stderr.strip()}"

@@ -261,6 +261,11 @@ const OptionTable<RunConfig>& runTable() {
            "environment",
            "Replaces the scene's environment light: an image (latitude-longitude, .exr or .hdr), a "
            "colour (\"#8090a0\"), a radiance (\"0.5,0.5,0.5\") or \"sky\".")),
+       field(&RunConfig::ground, "ground",
+             config::names<scene::Ground>({{"none", scene::Ground::None},
+                                           {"matte", scene::Ground::Matte},
+                                           {"mirror", scene::Ground::Mirror}}),
+             "A plane below a glTF file, which receives shadows."),
        field(&RunConfig::showMissingTextures, "missing_textures",
              config::names<bool>({{"error", false}, {"show", true}}),
              "Missing images of glTF files; show: a checkerboard."),
@@ -477,6 +482,7 @@ std::string effectiveText(const RunConfig& run, const Value& root) {
   return text.add("scene", run.scene.generic_string())
       .add("path", run.path.generic_string())
       .add("environment", root.has("environment") ? root.get("environment").asString() : "")
+      .add("ground", root.has("ground") ? root.get("ground").asString() : "")
       .add("frames", run.frames)
       .raw("image", config::withDefaults(root.get("image"), imageTable().schema()))
       .raw("methods", "[" + joined(methodTexts, ",") + "]")

@@ -12,6 +12,7 @@
 #include "core/input_files.h"
 #include "image/image.h"
 #include "methods/contract/method.h"
+#include "scene/daylight.h"
 #include "scene/scene.h"
 
 namespace catoptric::run {
@@ -72,7 +73,8 @@ struct RunConfig {
   std::string pathReference;    ///< where the path is named
   std::string camera;           ///< see scene::cameraPath()
   std::string cameraReference;  ///< where the camera is named
-  std::optional<scene::Environment> environment;    ///< replaces the scene's own
+  std::optional<scene::Environment> environment;  ///< replaces the scene's own
+  scene::Ground ground = scene::Ground::None;
   bool showMissingTextures = false;                 ///< see scene::LoadLimits
   std::vector<std::filesystem::path> assetFolders;  ///< see scene::LoadLimits
   std::string frames;                               ///< empty: all frames of the path

@@ -94,7 +94,7 @@ TEST(RunConfig, AllErrorsAtOnceWithPlaces) {
       messageOf("{\"scene\": \"a\",\n\"frame\": \"1\",\n\"image\": {\"samples\": 9},\n\"methods\": "
                 "[\"tracd\",\n{\"method\": \"traced\", \"bvh\": \"refitt\"}, {\"bvh\": 1}]}"),
       "configs/f.json:2: /frame: unknown name \"frame\" (did you mean \"frames\"?); allowed: "
-      "$schema, comment, scene, path, camera, environment, missing_textures, asset_paths, "
+      "$schema, comment, scene, path, camera, environment, ground, missing_textures, asset_paths, "
       "frames, image, methods, errors, "
       "preview, sweep, "
       "seed, "

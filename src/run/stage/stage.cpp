@@ -65,9 +65,10 @@ void requireFile(const std::filesystem::path& file, const std::string& reference
 /// Says what was chosen because neither the config nor the scene does.
 void sayDefaults(const RunConfig& run, const scene::Scene& scene, std::size_t frames) {
   if (scene.environment.isDefault)
-    log::info(run.scene.string() +
-              ": has no light, so the default sky lights it; --environment FILE|COLOUR chooses "
-              "another");
+    log::info(
+        run.scene.string() +
+        ": has no light, so a default sky and sun light it; --environment FILE|COLOUR chooses "
+        "another light");
   if (run.path.empty() && run.frames.empty() && frames > 1 && scene.duration() > 0.0 &&
       !run.camera.starts_with("turntable:"))
     log::info("all " + std::to_string(frames) + " frames of the scene's animation are rendered (" +
@@ -97,7 +98,7 @@ Stage::Stage(const RunConfig& run) : run_(run) {
       scene::LoadLimits limits = scene::limitsOfEnvironment();
       limits.showMissingTextures = run_.showMissingTextures;
       limits.assetFolders = run_.assetFolders;
-      return scene::loadScene(run_.scene, limits, run_.environment);
+      return scene::loadScene(run_.scene, limits, run_.environment, run_.ground);
     } catch (const UsageError& error) {  // of its description
       throw SceneError(error.what());
     }

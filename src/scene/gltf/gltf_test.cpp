@@ -1,4 +1,5 @@
 // What loadGltf makes of valid files, against values known on paper.
+#include "core/error.h"
 #include "scene/camera.h"
 #include "scene/gltf/test_fixture.h"
 

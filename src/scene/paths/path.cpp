@@ -264,13 +264,9 @@ struct Surround {
   Vec3 middle{0.0f};
 
   explicit Surround(const Scene& scene) {
-    const Pose pose = poseAt(scene, 0.0);
+    places = placesAtStart(scene);
     Box3 box;
-    for (const Object& object : scene.objects)
-      for (const Vec3& p : worldVertices(scene, object, pose).positions) {
-        box.extend(p);
-        places.push_back(p);
-      }
+    for (const Vec3& p : places) box.extend(p);
     middle = box.centre();
     for (Vec3& p : places) p -= middle;
   }

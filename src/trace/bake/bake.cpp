@@ -38,6 +38,7 @@ std::uint64_t cacheKey(const scene::Scene& scene, const frame::Geometry& geometr
   f.addValue(scene.bake.rays);
   f.addValue(scene.bake.bounces);
   f.addValue(scene.bake.ambientOcclusionDistance);
+  if (scene.bake.skyApart) f.addValue(scene.bake.skyApart);
   f.addArray(std::span(geometry.positions));
   f.addArray(std::span(geometry.indices));
   return f.value();

@@ -33,9 +33,10 @@ struct BakeCallbacks {
 /// is done.
 ///   AmbientOcclusion: rgb is 0; a is the cosine-weighted fraction of the hemisphere without
 ///     geometry within ambientOcclusionDistance.
-///   Full: a = 0; rgb is irradiance from four sources: the baked lights (Light::radius determines
-///     how soft shadows are), emissive surfaces, the environment, and pi * ambient * occlusion.
-///     Interreflection is included, with scene.bake's number of `bounces`.
+///   Full: a = 0 (or, with BakeSettings::skyApart, the share of the environment's irradiance that
+///     arrives, and rgb is the rest); rgb is irradiance from four sources: the baked lights
+///     (Light::radius determines how soft shadows are), emissive surfaces, the environment, and pi
+///     * ambient * occlusion. Interreflection is included, with scene.bake's number of `bounces`.
 /// Moving objects receive light at the pose of `geometry` but cast none. Back faces are black.
 /// Mirrors count as diffuse surfaces here. Each point uses the same low-discrepancy directions,
 /// shifted by its number. The values are then smoothed along the mesh where neighbours differ by

@@ -219,6 +219,33 @@ TEST(BakeFull, InterreflectionInAClosedSphereIsAGeometricSeries) {
   }
 }
 
+TEST(BakeFull, WhatTheSkyGivesCanStayApart) {
+  // Shading adds it again: for the same normals the sum is what the whole bake holds.
+  SceneBuilder builder;
+  scene::Scene& scene = builder.scene();
+  scene.bake.mode = BakeMode::Full;
+  builder.constantEnvironment(Vec3(0.5f, 1.0f, 2.0f));
+  const int white = builder.diffuse(Vec3(0.8f));
+  builder.add(ground(), white);
+  builder.add(scene::makeSphere(0.5f, 32, 16, scene::UvMode::Unit), white,
+              translation({0.0f, 1.6f, 0.0f}));
+  const frame::Geometry whole = bake(scene);
+  scene.bake.skyApart = true;
+  const frame::Geometry apart = bake(scene);
+  const frame::EnvironmentLight environment(scene.environment);
+  float least = 1.0f;
+  for (std::size_t v = 0; v < whole.vertexCount(); ++v) {
+    const Vec4& bake = apart.attributes[v].bake;
+    least = std::min(least, bake.w);
+    ASSERT_GE(std::min({bake.x, bake.y, bake.z}), 0.0f);
+    const Vec3 sum = Vec3(bake) + bake.w * environment.irradiance(apart.attributes[v].normal);
+    for (int c = 0; c < 3; ++c)
+      ASSERT_NEAR(sum[c], whole.attributes[v].bake[c], 2e-3f * sum[c]) << v;
+  }
+  EXPECT_LT(least, 0.3f);  // below the sphere
+  EXPECT_GT(bakeAt(apart, 0, {2.0f, 0.0f, 2.0f}).w, 0.95f);
+}
+
 TEST(BakeFull, LightDoesNotLeakThroughWalls) {
   // A closed room of single-sheet walls in bright sky, lit from nowhere: all of it stays dark, the
   // vertices in edges and corners too.
@@ -371,10 +398,10 @@ TEST(Bake, SameBitsForAnyThreadCountAndFromTheCache) {
     bake(scene, nullptr, cache);
     return std::distance(std::filesystem::directory_iterator(cache), {});
   };
-  auto& [mode, rays, bounces, ambientOcclusionDistance] = scene.bake;
-  test::expectAllCount(files, scene.fingerprint, rays, bounces, ambientOcclusionDistance);
+  auto& [mode, rays, bounces, ambientOcclusionDistance, skyApart] = scene.bake;
+  test::expectAllCount(files, scene.fingerprint, rays, bounces, ambientOcclusionDistance, skyApart);
   mode = BakeMode::AmbientOcclusion;
-  EXPECT_EQ(files(), 6);
+  EXPECT_EQ(files(), 7);
   std::filesystem::remove_all(cache);
 }
 

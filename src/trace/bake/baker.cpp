@@ -183,6 +183,11 @@ Baker::GatherRays Baker::gatherRays(int count, int first) const {
           .share = static_cast<float>(count) / static_cast<float>(first + count)};
 }
 
+float Baker::skyShare(std::size_t point, const Vec3& arriving) const {
+  const float whole = luminance(environment_.irradiance(points_.normals[point]));
+  return whole > 0.0f ? std::min(1.0f, luminance(arriving) / whole) : 0.0f;
+}
+
 Vec3 Baker::emitterLight(std::size_t point, const Vec2& shift, const GatherRays& gather,
                          Buffers& buffers) {
   std::vector<Ray>& rays = buffers.rays;
@@ -263,7 +268,9 @@ Baker::Gathered Baker::gatherPoint(std::size_t point, const GatherRays& gather, 
     Vec3& sum = gathered.parts[k % kGroups];
     if (hit.distance > occlusionDistance_) ++gathered.open;
     if (hit.miss()) {
-      sum += environment_.radiance(rays[k].direction);
+      const Vec3 radiance = environment_.radiance(rays[k].direction);
+      sum += radiance;
+      gathered.sky += radiance;
       continue;
     }
     Vec3 normal;
@@ -310,8 +317,9 @@ void Baker::gatherAt(std::span<const std::uint32_t> points, const std::vector<Ve
       const float noiseBefore = (1.0f - own) * all.noise[i];
       all.noise[i] = std::sqrt(noise * noise + noiseBefore * noiseBefore);
       all.back[i] = own * static_cast<float>(gathered.back) / counted + (1.0f - own) * all.back[i];
-      all.values[i] = own * Vec4(irradiance, static_cast<float>(gathered.open) / counted) +
-                      (1.0f - own) * all.values[i];
+      const float open = scene_.bake.skyApart ? skyShare(i, gathered.sky * scale)
+                                              : static_cast<float>(gathered.open) / counted;
+      all.values[i] = own * Vec4(irradiance, open) + (1.0f - own) * all.values[i];
     }
     rays_ += (end - begin) * (count + static_cast<std::size_t>(rays.toEmitters));
     advance((end - begin) * count);
@@ -381,11 +389,17 @@ std::vector<Vec4> Baker::full() {
     const std::vector<Vec4> indirect = gather(leaving, rays, last);
     if (stopped()) return values;
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      values[i] = Vec4(direct[i] + Vec3(indirect[i]) + kPi * scene_.ambient * indirect[i].w, 0.0f);
+      values[i] = Vec4(direct[i] + Vec3(indirect[i]) + kPi * scene_.ambient * indirect[i].w,
+                       scene_.bake.skyApart ? indirect[i].w : 0.0f);
     }
     // Lights do not reach into walls either: what lies there takes its neighbours' light.
     fillInvalid(points_, valid_, values);
     for (std::size_t i = 0; i < points_.size(); ++i) irradiance[i] = Vec3(values[i]);
+  }
+  // What shading adds again, with the normals of its normal maps
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const Vec3 apart = values[i].w * environment_.irradiance(points_.normals[i]);
+    values[i] = Vec4(glm::max(Vec3(values[i]) - apart, Vec3(0.0f)), values[i].w);
   }
   return values;
 }

@@ -73,15 +73,16 @@ class Baker {
   /// The sums over a point's rays, in kGroups interleaved groups.
   struct Gathered {
     std::array<Vec3, kGroups> parts{};
-    int back = 0;  ///< rays that hit back faces
-    int open = 0;  ///< rays without a hit within the occlusion distance
+    int back = 0;    ///< rays that hit back faces
+    int open = 0;    ///< rays without a hit within the occlusion distance
+    Vec3 sky{0.0f};  ///< from the environment
   };
 
   std::vector<Vec3> directLight();
   std::vector<Vec3> radiosity(const std::vector<Vec3>& irradiance) const;
   /// One gather. rgb: irradiance from the sky, surfaces and emitters; a: fraction of rays without a
-  /// hit within the occlusion distance. `adaptive`: points that agree with their neighbours use
-  /// fewer rays.
+  /// hit within the occlusion distance, or, with BakeSettings::skyApart, skyShare(). `adaptive`:
+  /// points that agree with their neighbours use fewer rays.
   std::vector<Vec4> gather(const std::vector<Vec3>& leaving, int rays, bool adaptive);
   /// The state of a gather, for all points.
   struct Gather {
@@ -109,6 +110,8 @@ class Baker {
   /// sampling with emitterLight().
   Vec3 seenEmitter(std::size_t point, const Hit& hit, const Vec3& direction,
                    const GatherRays& gather) const;
+  /// The irradiance that arrives from the environment, as a share of its unoccluded irradiance.
+  float skyShare(std::size_t point, const Vec3& arriving) const;
   Vec3 emitterLight(std::size_t point, const Vec2& shift, const GatherRays& gather,
                     Buffers& buffers);
   bool facesRay(const Hit& hit, const Vec3& direction, Vec3& normal) const;

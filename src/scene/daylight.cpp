@@ -1,0 +1,187 @@
+#include "scene/daylight.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "scene/animate.h"
+#include "scene/finish.h"
+#include "scene/finish_steps.h"
+#include "scene/subdivide.h"
+
+namespace catoptric::scene {
+namespace {
+
+// All numbers are our choice, made by looking at eight models.
+/// Of the sky beside a sun, relative to a sky alone.
+constexpr float kSkyScale = 0.6f;
+/// Of the sun, W/m^2: with the sky, a white surface that faces the sun has a radiance of about 1.2.
+constexpr float kSunIrradiance = 2.0f;
+/// From the upper left before the scene, 52 degrees above the horizon.
+constexpr Vec3 kSunDirection{0.5f, -1.0f, -0.6f};
+/// Of the sun's disk, radians: its shadows are as soft as cells of the ground allow.
+constexpr float kSunRadius = 0.03f;
+constexpr int kBakeRays = 96;
+
+/// Longest edge of a triangle with baked light, in diameters of the scene; longer where more than
+/// kMostAdded triangles would be added.
+constexpr double kLongestEdge = 0.02;
+constexpr double kMostAdded = 60'000.0;
+/// Triangles per longest edge squared of their area.
+constexpr double kTrianglesPerArea = 3.5;
+/// Triangles per longest edge along a long and thin triangle.
+constexpr double kTrianglesPerLength = 3.0;
+
+/// Cells of the ground below the scene and its shadow, along each axis.
+constexpr int kGroundCells = 128;
+/// Cells beyond it grow by this factor, up to kGroundReach diameters of the scene.
+constexpr float kGroundGrowth = 1.2f;
+constexpr float kGroundReach = 50.0f;
+/// Gap below the lowest point, in diameters.
+constexpr float kGroundGap = 1e-3f;
+constexpr float kGroundAlbedo = 0.5f;
+constexpr float kMirrorLevel = 0.5f;
+
+/// A triangle in world space.
+struct Extent {
+  double area = 0.0;
+  double longest = 0.0;  ///< edge
+};
+
+/// About as many triangles as are added if no edge stays longer than `longest`.
+double trianglesAdded(const std::vector<Extent>& triangles, double longest) {
+  double added = 0.0;
+  for (const Extent& t : triangles) {
+    if (t.longest <= longest) continue;
+    added += std::max(kTrianglesPerArea * t.area / (longest * longest),
+                      kTrianglesPerLength * t.longest / longest) -
+             1.0;
+  }
+  return added;
+}
+
+/// Halves long edges, so that vertices resolve shadows.
+void refineMeshes(Scene& scene) {
+  const Pose pose = poseAt(scene, 0.0);
+  std::vector<float> scales(scene.meshes.size(), 0.0f);
+  std::vector<Extent> triangles;
+  for (const Object& object : scene.objects) {
+    const Mat3 linear(worldFromObject(scene, object, pose));
+    float& scale = scales[index(object.mesh)];
+    for (int axis = 0; axis < 3; ++axis) scale = std::max(scale, glm::length(linear[axis]));
+    const std::vector<Vec3> world = worldVertices(scene, object, pose).positions;
+    const std::vector<std::uint32_t>& indices = scene.meshes[index(object.mesh)].indices;
+    for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+      const glm::dvec3 a(world[indices[i]]);
+      const glm::dvec3 ab = glm::dvec3(world[indices[i + 1]]) - a;
+      const glm::dvec3 ac = glm::dvec3(world[indices[i + 2]]) - a;
+      triangles.push_back({0.5 * glm::length(glm::cross(ab, ac)),
+                           std::max({glm::length(ab), glm::length(ac), glm::length(ac - ab)})});
+    }
+  }
+  double longest = kLongestEdge * static_cast<double>(boundsAtStart(scene).diameter());
+  if (!(longest > 0.0) || !std::isfinite(longest)) return;
+  while (trianglesAdded(triangles, longest) > kMostAdded) longest *= 1.25;
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m)
+    if (scales[m] > 0.0f) subdivide(scene.meshes[m], static_cast<float>(longest) / scales[m]);
+}
+
+void bakeAll(Scene& scene) {
+  for (Light& light : scene.lights) light.baked = true;
+  scene.bake = {.mode = BakeMode::Full, .rays = kBakeRays, .bounces = 2, .skyApart = true};
+  const std::size_t before = scene.triangleCount();
+  refineMeshes(scene);
+  if (scene.triangleCount() > before)
+    addNote(scene, fmt::format("{} triangles were split into {}, so that their vertices resolve "
+                               "the baked light",
+                               before, scene.triangleCount()));
+}
+
+/// Places along one axis: even over [low, high], then ever farther apart.
+std::vector<float> gridLines(float low, float high, float reach) {
+  const float cell = (high - low) / static_cast<float>(kGroundCells);
+  std::vector<float> outside;
+  float step = cell;
+  for (float away = cell; away < reach; away += step) {
+    outside.push_back(away);
+    step *= kGroundGrowth;
+  }
+  outside.push_back(reach);
+  std::vector<float> lines;
+  for (auto away = outside.rbegin(); away != outside.rend(); ++away) lines.push_back(low - *away);
+  for (int i = 0; i <= kGroundCells; ++i) lines.push_back(low + cell * static_cast<float>(i));
+  for (const float away : outside) lines.push_back(high + away);
+  return lines;
+}
+
+Mesh groundMesh(const Box3& bounds) {
+  const float diameter = bounds.diameter();
+  const float margin = std::max(0.6f * (bounds.max.y - bounds.min.y), 0.05f * diameter);
+  const float reach = kGroundReach * diameter;
+  const std::vector<float> x = gridLines(bounds.min.x - margin, bounds.max.x + margin, reach);
+  const std::vector<float> z = gridLines(bounds.min.z - margin, bounds.max.z + margin, reach);
+  Mesh mesh;
+  mesh.name = "ground";
+  const float y = bounds.min.y - kGroundGap * diameter;
+  for (const float pz : z)
+    for (const float px : x) mesh.positions.emplace_back(px, y, pz);
+  mesh.normals.assign(mesh.positions.size(), Vec3(0.0f, 1.0f, 0.0f));
+  const auto columns = static_cast<std::uint32_t>(x.size());
+  for (std::uint32_t row = 0; row + 1 < z.size(); ++row)
+    for (std::uint32_t column = 0; column + 1 < columns; ++column) {
+      const std::uint32_t a = row * columns + column;
+      const std::uint32_t c = a + columns;
+      mesh.indices.insert(mesh.indices.end(), {a, c, a + 1, a + 1, c, c + 1});
+    }
+  return mesh;
+}
+
+}  // namespace
+
+Environment defaultEnvironment() {
+  Environment sky;
+  sky.type = EnvironmentType::Gradient;
+  sky.color = Vec3(0.75f, 0.87f, 1.0f);
+  sky.horizon = Vec3(1.0f, 1.0f, 1.0f);
+  sky.ground = Vec3(0.3f, 0.28f, 0.26f);
+  sky.isDefault = true;
+  return sky;
+}
+
+void addDaylight(Scene& scene) {
+  scene.environment = defaultEnvironment();
+  scene.environment.scale = kSkyScale;
+  Light sun;
+  sun.name = "sun";
+  sun.type = LightType::Directional;
+  sun.intensity = Vec3(kSunIrradiance);
+  sun.direction = glm::normalize(kSunDirection);
+  sun.radius = kSunRadius;
+  scene.lights.push_back(sun);
+  finishMeshes(scene);
+  if (!scene.animated()) bakeAll(scene);
+}
+
+void addGround(Scene& scene, Ground ground) {
+  if (ground == Ground::None) return;
+  finishMeshes(scene);
+  const Box3 bounds = boundsAtStart(scene);
+  if (!(bounds.diameter() > 0.0f)) return;
+  if (scene.bake.mode == BakeMode::None) bakeAll(scene);
+  Material material;
+  material.name = "ground";
+  material.baseColor = Vec3(kGroundAlbedo);
+  setReflectance(material, ground == Ground::Mirror ? kMirrorLevel : 0.0f, 0.0f);
+  Object object;
+  object.name = "ground";
+  object.mesh = static_cast<int>(scene.meshes.size());
+  object.material = static_cast<int>(scene.materials.size());
+  scene.ground = static_cast<int>(scene.objects.size());
+  scene.meshes.push_back(groundMesh(bounds));
+  scene.materials.push_back(std::move(material));
+  scene.objects.push_back(std::move(object));
+}
+
+}  // namespace catoptric::scene

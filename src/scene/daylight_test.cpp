@@ -1,0 +1,111 @@
+// The light and the ground of bare glTF files, and the triangles that are made finer for them.
+#include "scene/daylight.h"
+
+#include <array>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "core/error.h"
+#include "scene/camera.h"
+#include "scene/gltf/test_fixture.h"
+#include "scene/shapes/shapes.h"
+#include "scene/subdivide.h"
+
+namespace catoptric::scene {
+namespace {
+
+using testing::Gltf;
+using ::testing::HasSubstr;
+using testing::triangleFile;
+
+using Place = std::array<float, 3>;
+
+Place placeOf(const Vec3& p) {
+  return {p.x, p.y, p.z};
+}
+
+double volumeOf(const Mesh& mesh) {
+  double volume = 0.0;
+  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+    const std::uint32_t* t = &mesh.indices[i];
+    volume +=
+        glm::dot(glm::dvec3(mesh.positions[t[0]]),
+                 glm::cross(glm::dvec3(mesh.positions[t[1]]), glm::dvec3(mesh.positions[t[2]])));
+  }
+  return volume / 6.0;
+}
+
+TEST(Subdivide, LeavesNoLongEdgeAndNoGap) {
+  // Each face of the box has vertices of its own: gaps would open where faces meet.
+  BoxShape shape;
+  shape.size = Vec3(1.0f, 0.3f, 2.7f);
+  Mesh mesh = makeBox(shape, UvMode::Unit);
+  subdivide(mesh, 0.25f);
+  EXPECT_NEAR(volumeOf(mesh), 0.81, 1e-6);
+  std::map<std::pair<Place, Place>, int> edges;
+  for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
+    const Vec3 a = mesh.positions[mesh.indices[i]];
+    const Vec3 b = mesh.positions[mesh.indices[i % 3 == 2 ? i - 2 : i + 1]];
+    EXPECT_LE(glm::length(a - b), 0.25f);
+    ++edges[{placeOf(a), placeOf(b)}];
+  }
+  for (const auto& [edge, count] : edges) {
+    EXPECT_EQ(count, 1);
+    EXPECT_EQ(edges.count({edge.second, edge.first}), 1u);
+  }
+  EXPECT_EQ(mesh.normals.size(), mesh.positions.size());
+  EXPECT_EQ(mesh.uv[0].size(), mesh.positions.size());
+  for (const Vec3& n : mesh.normals) EXPECT_NEAR(glm::length(n), 1.0f, 1e-6f);
+}
+
+TEST(Subdivide, LeavesFineAndDeformingMeshesAlone) {
+  Mesh mesh = makePlane(Vec2(1.0f), glm::ivec2(4), UvMode::Unit);
+  const std::vector<std::uint32_t> indices = mesh.indices;
+  subdivide(mesh, 0.4f);
+  EXPECT_EQ(mesh.indices, indices);
+  mesh.morphTargets.emplace_back();
+  subdivide(mesh, 0.1f);
+  EXPECT_EQ(mesh.indices, indices);
+}
+
+TEST_F(Gltf, TheGroundLiesBelowAndOutsideOfWhatCamerasFit) {
+  w = triangleFile();
+  const std::filesystem::path file = w.gltf(folder);
+  const Scene bare = loadScene(file);
+  for (const Ground kind : {Ground::Matte, Ground::Mirror}) {
+    const Scene scene = loadScene(file, {}, {}, kind);
+    ASSERT_EQ(scene.objects.size(), bare.objects.size() + 1);
+    EXPECT_EQ(scene.ground, static_cast<int>(bare.objects.size()));
+    const Object& ground = scene.objects.back();
+    EXPECT_EQ(ground.reflector > 0, kind == Ground::Mirror);
+    EXPECT_TRUE(ground.planar);
+    Box3 box;
+    for (const Vec3& p : scene.meshes.back().positions) box.extend(p);
+    const Box3 model = boundsAtStart(bare);
+    EXPECT_LT(box.max.y, model.min.y);
+    EXPECT_GT(box.max.y, model.min.y - 0.01f * model.diameter());
+    EXPECT_GT(box.max.x, 10.0f * model.diameter());
+    EXPECT_EQ(boundsAtStart(scene).diameter(), model.diameter());
+    EXPECT_EQ(cameraPath("front", scene)->frame(1).camera.worldFromCamera,
+              cameraPath("front", bare)->frame(1).camera.worldFromCamera);
+    EXPECT_NE(scene.fingerprint, bare.fingerprint);
+  }
+  // Whatever lights the model, its light is baked, so that the ground receives shadows.
+  Environment white;
+  white.color = Vec3(1.0f);
+  EXPECT_EQ(loadScene(file, {}, white, Ground::Matte).bake.mode, BakeMode::Full);
+}
+
+TEST_F(Gltf, DescriptionsGetNoGround) {
+  const auto file = folder.write("scene.json", R"({"objects": [{"shape": "sphere"}]})");
+  try {
+    loadScene(file, {}, {}, Ground::Matte);
+    ADD_FAILURE() << "no error";
+  } catch (const SceneError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("gets no ground; add a plane"));
+  }
+}
+
+}  // namespace
+}  // namespace catoptric::scene
