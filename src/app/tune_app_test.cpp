@@ -32,8 +32,8 @@ TEST_F(Tune, VariesWhatTradesAccuracyForTime) {
       run("tune run.json --method environment_map --against truth --max-error 'L1_8bit<=255' "
           "--repeats 1 --progress none --out t");
   EXPECT_EQ(result.exitCode, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("environment_map face_size="));
-  EXPECT_THAT(result.out, HasSubstr("of 3 combinations"));
+  EXPECT_THAT(result.out, HasSubstr("environment_map proxy="));
+  EXPECT_THAT(result.out, HasSubstr("of 6 combinations"));
   const Result none =
       run("tune run.json --method environment_map --against truth --max-error 'L1_8bit<=255' "
           "--vary none --repeats 1 --progress none --out u");

@@ -402,25 +402,32 @@ def traces(second_order=0.05, **more):
     return {**TRACES, "second_order": second_order, **more}
 
 
+def lengths(factor):
+    """Options in metres, for a scene that is scaled."""
+    return {"screen_space": {"thickness": 0.1 * factor}}
+
+
 CASES = [
-    Case("spheres_small", "the scene is scaled by 1e-4", described(spheres, 1e-4), "spheres", {"*": 0.05}),
-    Case("spheres_large", "the scene is scaled by 1e5", described(spheres, 1e5), "spheres", {"*": 0.05}),
+    Case("spheres_small", "the scene is scaled by 1e-4", described(spheres, 1e-4), "spheres", {"*": 0.05},
+         options=lengths(1e-4)),
+    Case("spheres_large", "the scene is scaled by 1e5", described(spheres, 1e5), "spheres", {"*": 0.05},
+         options=lengths(1e5)),
     Case("spheres_far", "the scene is moved by 1e5 m along x", described(spheres, 1, (1e5, 0, 0)), "spheres",
          {"*": 0.05}),
     # Cube maps are drawn from the scene's middle, which the box moves away
     Case("spheres_and_far", "there is also a box 1e8 m away", described(spheres_and_a_far_box), "spheres",
          {"traced": 0.05, "reference": 0.05, "second_order": 3}),
-    Case("box_small", "the scene is scaled by 1e-4", described(box, 1e-4), "box", {"*": 0.05}),
-    Case("box_large", "the scene is scaled by 1e5", described(box, 1e5), "box", {"*": 0.05}),
+    Case("box_small", "the scene is scaled by 1e-4", described(box, 1e-4), "box", {"*": 0.05}, options=lengths(1e-4)),
+    Case("box_large", "the scene is scaled by 1e5", described(box, 1e5), "box", {"*": 0.05}, options=lengths(1e5)),
     Case("box_far", "the scene is moved by 1e5 m along x, y and z", described(box, 1, (1e5, -1e5, 1e5)), "box",
          {"*": 0.3}),
     *(Case(f"{name}_{size}", f"the scene is scaled by {factor:g}", described(room(name), factor), name,
-           {"*": 0.05}) for name in ("living_room", "bathroom")
+           {"*": 0.05}, options=lengths(factor)) for name in ("living_room", "bathroom")
       for size, factor in (("small", 1e-4), ("large", 1e5))),
     Case("baked_box_small", "the scene is scaled by 1e-4, and its light is baked", described(box, 1e-4, bake=True), "baked_box",
-         {"*": 0.05}),
+         {"*": 0.05}, options=lengths(1e-4)),
     Case("baked_box_large", "the scene is scaled by 1e5, and its light is baked", described(box, 1e5, bake=True), "baked_box",
-         {"*": 0.05}),
+         {"*": 0.05}, options=lengths(1e5)),
     Case("baked_box_far", "the scene is moved by 1e5 m along x, y and z, and its light is baked",
          described(box, 1, (1e5, -1e5, 1e5), bake=True), "baked_box", {"*": 0.4}),
 

@@ -46,8 +46,8 @@ def against_reference(name, what, make, **bounds):
 
 
 CASES = [
-    cases.Case("vase_small", "scaled by 1e-4", vase(1e-4), "vase", {"*": 0.05}),
-    cases.Case("vase_large", "scaled by 1e5", vase(1e5), "vase", {"*": 0.05}),
+    cases.Case("vase_small", "scaled by 1e-4", vase(1e-4), "vase", {"*": 0.05}, options=cases.lengths(1e-4)),
+    cases.Case("vase_large", "scaled by 1e5", vase(1e5), "vase", {"*": 0.05}, options=cases.lengths(1e5)),
     against_reference("vase_axis", "the camera looks down the axis of a vase, where its normal is not defined",
                       scene((0, 5, 0), (0, 0, 0), surface("vase", segments=[32, 32]), BLOCK,
                             up=(0, 0, 1)), perturbation=2, second_order=1.5, traced=0.5, glossy_lod=2),

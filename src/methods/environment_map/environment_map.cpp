@@ -52,8 +52,8 @@ const config::OptionTable<Options>& optionTable() {
         readCentre},
        field(&Options::proxy, "proxy", kProxies,
              "how far away the scene is that the cube map shows. none: infinitely; box: on the box "
-             "of the scene's bounds; sphere: on the sphere about the viewpoint that touches the "
-             "box's nearest side")
+             "of the scene's bounds; sphere: on a sphere about the viewpoint, as wide as the box "
+             "is long")
            .trade("none,box"),
        field(&Options::faceSize, "face_size", config::range(1, 4096), kFaceSizeHelp)
            .trade("256,512,1024")});
@@ -62,7 +62,10 @@ const config::OptionTable<Options>& optionTable() {
 
 class EnvironmentMap : public Method {
  public:
-  explicit EnvironmentMap(const Options& options) : options_(options) {}
+  explicit EnvironmentMap(const Options& options) : options_(options) {
+    // The environment is infinitely far away
+    if (options_.environmentOnly) options_.proxy = Proxy::None;
+  }
 
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
@@ -165,12 +168,12 @@ class EnvironmentMap : public Method {
     const Vec3 eye = camera.eye();
     const Vec3 centre = centreOf(services);
     const Box3& box = services.geometry.bounds;
-    const Vec3 sides = glm::min(centre - box.min, box.max - centre);
+    const Vec3 size = box.max - box.min;
     program.set("nearMetres", camera.nearMetres);
     program.set("centre", centre - eye);
     program.set("least", box.min - eye);
     program.set("most", box.max - eye);
-    program.set("radius", std::max({1e-6f, sides.x, sides.y, sides.z}));
+    program.set("radius", 0.5f * std::max({1e-6f, size.x, size.y, size.z}));
   }
 
   // One full-screen pass per kind of reflector, on its stencil class alone.
@@ -228,7 +231,8 @@ const MethodEntry& environmentMapEntry() {
   static const MethodEntry entry{
       .id = "environment_map",
       .summary =
-          "looks the reflected direction up in a cube map, as if everything were infinitely far "
+          "looks the reflected direction up in a cube map, by default as if all were infinitely "
+          "far "
           "away",
       .paper = "",
       .steps = {{"cube_map", "start, frames",

@@ -12,7 +12,7 @@ namespace catoptric::methods::planar {
 namespace {
 
 /// Mirrors share a plane if their normals differ by at most this angle, and their places by at most
-/// this share of the scene's diameter. Ours: far below a sample.
+/// this share of the mirror's extent and coordinates. Ours: far below a sample.
 constexpr double kSameAngleRad = 1e-5;
 constexpr double kSamePlace = 1e-6;
 
@@ -38,10 +38,13 @@ std::optional<Plane> planeOf(const frame::Geometry& geometry, const frame::Objec
   return plane;
 }
 
-bool samePlane(const Plane& a, const Plane& b, const Box3& bounds, double diameter) {
+bool samePlane(const Plane& a, const Plane& b, const Box3& bounds) {
   if (glm::length(glm::cross(a.normal, b.normal)) > kSameAngleRad) return false;
   // At the other's place, since a small angle may move the plane far away
-  return std::abs(a.above(bounds.centre())) <= kSamePlace * diameter;
+  const double largest =
+      glm::length(glm::dvec3(glm::max(glm::abs(bounds.min), glm::abs(bounds.max))));
+  return std::abs(a.above(bounds.centre())) <=
+         kSamePlace * std::max<double>(bounds.diameter(), largest);
 }
 
 std::array<glm::dvec4, 8> cornersOf(const Box3& box) {
@@ -64,14 +67,13 @@ bool isFlatMirror(const scene::Scene& scene, const scene::Object& object) {
 std::vector<FlatMirrors> findFlatMirrors(const scene::Scene& scene,
                                          const frame::Geometry& geometry) {
   std::vector<FlatMirrors> all;
-  const double diameter = geometry.bounds.diameter();
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const frame::ObjectRange& object = geometry.objects[i];
     if (!isFlatMirror(scene, scene.objects[i])) continue;
     const std::optional<Plane> plane = planeOf(geometry, object);
     if (!plane) continue;
     auto found = std::ranges::find_if(all, [&](const FlatMirrors& mirrors) {
-      return samePlane(mirrors.plane, *plane, object.bounds, diameter);
+      return samePlane(mirrors.plane, *plane, object.bounds);
     });
     if (found == all.end()) found = all.insert(all.end(), {*plane, {}, {}});
     found->ids.push_back(static_cast<int>(i) + 1);

@@ -97,8 +97,13 @@ class Planar : public Method {
     planeOf_ = gl::Texture::makeBuffer("planes of mirrors", GL_R32UI, planes_);
     cut_ = gl::Buffer("the plane that cuts", sizeof(Vec4));
     find(services);
-    if (mirrors_.empty()) return;
-    const std::size_t levels = mirrors_.size() > 1 ? static_cast<std::size_t>(options_.bounces) : 1;
+    // Of mirrors that are hidden, or in one plane, any may come apart later
+    const auto isFlat = [&](const scene::Object& object) {
+      return isFlatMirror(services.scene, object);
+    };
+    const auto flat = std::ranges::count_if(services.scene.objects, isFlat);
+    if (flat == 0) return;
+    const std::size_t levels = flat > 1 ? static_cast<std::size_t>(options_.bounces) : 1;
     const int width = services.gbuffer->sampleWidth();
     const int height = services.gbuffer->sampleHeight();
     for (std::size_t l = 0; l < levels; ++l) {
@@ -309,7 +314,7 @@ const MethodEntry& planarEntry() {
       .summary = "draws the scene once more for each flat mirror, from the mirrored eye",
       .paper = "",
       .steps = {{"mirrors", "frames", "the scene is drawn as flat mirrors show it"}},
-      .counters = {{"mirrors", "flat mirrors that the frame shows"},
+      .counters = {{"mirrors", "flat mirrors in planes that the frame shows"},
                    {"mirrored_views",
                     "drawings of the scene: one per plane of mirrors, and per mirror in a mirror"},
                    {"mirrored_samples", "samples of flat mirrors"}},

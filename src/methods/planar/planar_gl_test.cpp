@@ -109,6 +109,33 @@ TEST(Planar, ShadesOnlyItsOwnMirrorsButShowsAllInThem) {
   EXPECT_GT(samples, 1000);
 }
 
+// Two mirrors in one plane come apart: each reflects the other, with a level for it.
+TEST(Planar, MirrorsOfOnePlaneMayComeApart) {
+  test::SceneBuilder builder;
+  builder.constantEnvironment(Vec3(0.25f));
+  const auto plane = [] { return scene::makePlane({2.0f, 12.0f}, {1, 1}, scene::UvMode::Unit); };
+  const int mirror = builder.reflective(0.8f);
+  builder.add(plane(), mirror);
+  const int moving = builder.add(plane(), mirror);
+  builder.move(moving, Vec3(0.0f, 1.0f, 0.0f), 1.0f);
+  test::GlStage stage(builder.scene(), test::framesOf(kWidth, kHeight, 1));
+  const std::string options = R"({"bounces": 2})";
+  test::GlMethod method(stage, planarEntry(), options);
+  const scene::Camera between =
+      scene::lookAt({0.0f, 0.5f, 2.5f}, {0.0f, 0.3f, 0.0f}, {0.0f, 1.0f, 0.0f}, 0.9f);
+  EXPECT_EQ(method.render(between).counters.at("mirrored_views"), 1u);
+  const std::vector<int> changed = stage.moveTo(1.0);
+  EXPECT_GT(method.render(between, changed).counters.at("mirrored_views"), 2u);
+  const std::vector<float> drawn = raster::readRgba(stage.gbuffer.reflection);
+  const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
+  test::GlMethod(stage, test::methodNamed("traced"), options).render(between);
+  const std::vector<float> traced = raster::readRgba(stage.gbuffer.reflection);
+  int different = 0;
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    different += ids[i] != 0 && std::abs(drawn[4 * i] - traced[4 * i]) > 0.01f ? 1 : 0;
+  EXPECT_LT(different, 100);
+}
+
 TEST(Planar, FollowsAMirrorThatMoves) {
   test::SceneBuilder builder;
   builder.constantEnvironment(Vec3(0.25f));

@@ -36,7 +36,7 @@ struct Options {
   Trace trace = Trace::HiZ;
   float thickness = 0.1f;
   int stride = 1;
-  int maxSteps = 1024;
+  int maxSteps = 0;
   int rays = 8;
   Fallback fallback = Fallback::EnvironmentMap;
   int faceSize = 256;
@@ -54,8 +54,9 @@ const config::OptionTable<Options>& optionTable() {
            .trade("0.02,0.1,0.5"),
        field(&Options::stride, "stride", range(1, 64), "samples that a step of dda takes")
            .trade("1,2,4"),
-       field(&Options::maxSteps, "max_steps", range(1, 65536), "steps of a ray, at most")
-           .trade("64,256,1024"),
+       field(&Options::maxSteps, "max_steps", range(0, 65536),
+             "steps of a ray, at most; 0: as many as the frame has samples across and down")
+           .trade("64,256,0"),
        field(&Options::rays, "rays", range(1, 256), kRaysHelp).trade("2,4,8,16,32"),
        field(&Options::fallback, "fallback", kFallbacks,
              "what rays see that find nothing: the cube map, black, or, for samples with such a "
@@ -99,14 +100,14 @@ class ScreenSpace : public Method {
     const int height = settings.height * settings.samples;
     const std::uint64_t samples =
         static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
-    plan.items = {{"pass", "pyramid", "nearest depths of cells of samples"},
-                  {"pass", "march",
-                   std::to_string(reflectors.count()) +
-                       " reflective objects: rays are followed over the frame's depths"},
-                  {"resource", "pyramid", "R32F by sample, with 6 coarser levels",
-                   pyramidBytes(width, height)},
-                  {"resource", "marks", "R8UI by sample: which have a ray that found nothing",
-                   samples * (settings.masks ? 1 : 3)}};
+    plan.items = {
+        {"pass", "pyramid", "nearest depths of cells of samples"},
+        {"pass", "march",
+         std::to_string(reflectors.count()) +
+             " reflective objects: rays are followed over the frame's depths"},
+        {"resource", "pyramid", "R32F by sample, with 6 coarser levels",
+         pyramidBytes(width, height)},
+    };
     if (options_.fallback == Fallback::EnvironmentMap) {
       const bool again = scene.animated();
       plan.items.push_back({again ? "pass" : "precomputation", "cube_map",
@@ -117,11 +118,15 @@ class ScreenSpace : public Method {
     }
     if (options_.fallback == Fallback::Traced) {
       plan.trace = true;
-      plan.items.insert(plan.items.end(),
-                        {{"pass", "readback", "samples with a ray that found nothing"},
-                         {"pass", "trace", "their rays"},
-                         {"pass", "resolve", "their rays are made, hits shaded"},
-                         {"pass", "upload", "their radiance"}});
+      plan.items.insert(
+          plan.items.end(),
+          {{"resource", "marks", "R8UI by sample: which have a ray that found nothing", samples},
+           {"resource", "bands", "two, for what is read back and uploaded",
+            2 * std::min(samples, Bands::largest(width)) * (16 + 16 + 4 + 4 + 16 + 1)},
+           {"pass", "readback", "samples with a ray that found nothing"},
+           {"pass", "trace", "their rays"},
+           {"pass", "resolve", "their rays are made, hits shaded"},
+           {"pass", "upload", "their radiance"}});
     }
     return plan;
   }
@@ -146,14 +151,16 @@ class ScreenSpace : public Method {
     lobeHorizons_ = !gbuffer.lobeHorizon.empty();
     if (reflectors_.mirrors()) mirrors_ = program(services, 0);
     if (reflectors_.glossy) glossy_ = program(services, options_.rays);
-    missed_ = gl::Texture::make2D("rays that found nothing", GL_R8UI, width, height);
-    if (!settings.masks) ownMasks_ = gl::Texture::make2D("masks", GL_R16UI, width, height);
-    target_ = gl::Framebuffer("screen space",
-                              {{.texture = gbuffer.reflection},
-                               {.texture = settings.masks ? gbuffer.masks : ownMasks_},
-                               {.texture = missed_}},
-                              {.texture = gbuffer.depth});
+    std::vector<gl::Attachment> targets{{.texture = gbuffer.reflection}};
+    if (settings.masks) targets.push_back({.texture = gbuffer.masks});
+    if (options_.fallback == Fallback::Traced) {
+      missed_ = gl::Texture::make2D("rays that found nothing", GL_R8UI, width, height);
+      targets.push_back({.texture = missed_});
+    }
+    target_ = gl::Framebuffer("screen space", targets, {.texture = gbuffer.depth});
     counts_ = gl::Buffer("ends of rays", shared::kCounts * sizeof(std::uint32_t));
+    if (options_.fallback == Fallback::EnvironmentMap && !services.scene.animated())
+      followCubeMap({}, services);
     tracing_.rays = options_.rays;
     tracing_.bounces = 1;
     tracing_.fresnelSchlick = settings.fresnelSchlick;
@@ -170,8 +177,7 @@ class ScreenSpace : public Method {
     std::uint64_t missed = 0;
     std::uint64_t refractive = 0;
     if (reflectors_.any()) {
-      if (options_.fallback == Fallback::EnvironmentMap)
-        cubeMap_.follow(input, services, services.geometry.bounds.centre(), options_.faceSize);
+      if (options_.fallback == Fallback::EnvironmentMap) followCubeMap(input, services);
       services.timer.measure("pyramid", [&] { drawPyramid(gbuffer); });
       services.timer.measure("march", [&] {
         march(services, input.frame.camera);
@@ -198,6 +204,10 @@ class ScreenSpace : public Method {
   }
 
  private:
+  void followCubeMap(const FrameInput& input, Services& services) {
+    cubeMap_.follow(input, services, services.geometry.bounds.centre(), options_.faceSize);
+  }
+
   gl::Program program(const Services& services, int rays) const {
     std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
     const int fallback = options_.fallback == Fallback::EnvironmentMap ? 1
@@ -206,6 +216,7 @@ class ScreenSpace : public Method {
     defines.insert(defines.end(), {{"HI_Z", options_.trace == Trace::HiZ ? "1" : "0"},
                                    {"LOBES", std::to_string(rays)},
                                    {"LOBE_HORIZONS", lobeHorizons_ ? "1" : "0"},
+                                   {"MASKS", settings_.masks ? "1" : "0"},
                                    {"FALLBACK", std::to_string(fallback)},
                                    {"GGX", services.scene.hasGgxLobes() ? "1" : "0"}});
     return gl::Program::fullScreen(rays > 0 ? "screen space, glossy" : "screen space",
@@ -231,7 +242,7 @@ class ScreenSpace : public Method {
 
   // One full-screen pass per kind of reflector, on its stencil class alone.
   void march(Services& services, const scene::Camera& camera) {
-    target_.clearColorUint(2, 0);
+    if (options_.fallback == Fallback::Traced) target_.clearColorUint(settings_.masks ? 2 : 1, 0);
     const std::array<std::uint32_t, shared::kCounts> zeros{};
     counts_.write(0, sizeof zeros, zeros.data());
     counts_.bindStorage(0);
@@ -267,7 +278,8 @@ class ScreenSpace : public Method {
     program.set("eyeFromWorld",
                 glm::transpose(Mat3(worldFromCamera[0], -worldFromCamera[1], -worldFromCamera[2])));
     program.set("thickness", options_.thickness);
-    program.set("maxSteps", options_.maxSteps);
+    program.set("maxSteps", options_.maxSteps > 0 ? options_.maxSteps
+                                                  : gbuffer.sampleWidth() + gbuffer.sampleHeight());
     program.set("stride", static_cast<float>(options_.stride));
     program.set("rayFromSample",
                 scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
@@ -288,8 +300,7 @@ class ScreenSpace : public Method {
   gl::Program coarser_;
   gl::Program mirrors_;
   gl::Program glossy_;
-  gl::Texture missed_;    ///< R8UI: whether a ray of the sample found nothing
-  gl::Texture ownMasks_;  ///< if the run has no masks
+  gl::Texture missed_;  ///< R8UI: whether a ray of the sample found nothing
   gl::Framebuffer target_;
   gl::Buffer counts_;
   gl::FragmentCounter mirrorSamples_;

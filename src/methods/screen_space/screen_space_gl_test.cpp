@@ -148,6 +148,23 @@ TEST(ScreenSpace, ThicknessDecidesWhatPassesBehind) {
   EXPECT_EQ(thick.counters.at("behind"), 0u);
 }
 
+// Rays of a level camera go straight up and down the frame.
+TEST(ScreenSpace, FollowsRaysAlongColumns) {
+  const scene::Camera level =
+      scene::lookAt({0.0f, 1.0f, 3.0f}, {0.0f, 1.0f, -2.0f}, {0.0f, 1.0f, 0.0f}, 1.0f);
+  std::uint64_t hits[2] = {};
+  for (const bool dda : {false, true}) {
+    test::GlStage stage(hall(), test::framesOf(65, 64, 1));
+    const std::string options = dda ? R"({"trace": "dda"})" : "{}";
+    const FrameOutput output = test::GlMethod(stage, screenSpaceEntry(), options).render(level);
+    EXPECT_EQ(output.counters.at("steps"), 0u);
+    hits[dda ? 1 : 0] = output.counters.at("hits");
+  }
+  EXPECT_GT(hits[0], 500u);
+  EXPECT_NEAR(static_cast<double>(hits[0]), static_cast<double>(hits[1]),
+              0.02 * static_cast<double>(hits[1]));
+}
+
 TEST(ScreenSpace, StepsAreBounded) {
   const Frame few = frameOf("screen_space", R"({"max_steps": 4})");
   EXPECT_GT(few.counters.at("steps"), few.counters.at("samples") / 2);

@@ -9,5 +9,5 @@ const int kBehind = 3;        // it passed behind a surface that the frame shows
 const int kBackface = 4;      // it met the back of a surface that the frame shows
 const int kTowardCamera = 5;  // it passes the eye's near plane
 const int kSteps = 6;         // it took all of its steps
-const int kBelow = 7;         // not an end: rays of normals or lobes that would enter the surface
+const int kBelow = 7;         // not an end: samples with a ray that would enter the surface
 const int kCounts = 8;

@@ -55,6 +55,16 @@ ScreenRay screenRay(vec3 place, vec3 direction, vec3 worldDirection, uint object
   return ray;
 }
 
+// How much the depth changes from a sample to the next.
+float slopeAt(ivec2 at) {
+  ivec2 last = ivec2(size) - 1;
+  float x = texelFetch(pyramid, min(at + ivec2(1, 0), last), 0).r -
+            texelFetch(pyramid, max(at - ivec2(1, 0), 0), 0).r;
+  float y = texelFetch(pyramid, min(at + ivec2(0, 1), last), 0).r -
+            texelFetch(pyramid, max(at - ivec2(0, 1), 0), 0).r;
+  return 0.5 * (abs(x) + abs(y));
+}
+
 const int kOn = -1;  // the ray goes on
 
 // What the ray meets at a sample, between the depths `one` and `other`: kHit, kBackface or kOn.
@@ -68,15 +78,19 @@ int meets(ScreenRay ray, ivec2 at, float surface, float one, float other, inout 
     behind = true;
     return kOn;
   }
-  if (dot(imageLoad(normalSamples, at).xyz, ray.direction) < 0.0) return kHit;
-  // It leaves its own surface, whose depths differ within a sample
-  return imageLoad(objectSamples, at).r == ray.object ? kOn : kBackface;
+  bool front = dot(imageLoad(normalSamples, at).xyz, ray.direction) < 0.0;
+  bool own = imageLoad(objectSamples, at).r == ray.object;
+  if (front && !own) return kHit;
+  // Beside the surface that it leaves, a ray is in front of it within a sample's own slope
+  if (min(one, other) > surface - slopeAt(at)) return kOn;
+  return front ? kHit : own ? kOn : kBackface;
 }
 
 #if HI_Z
 March march(ScreenRay ray) {
   bool behind = false;
-  vec2 forward = mix(vec2(0.0), vec2(1.0), greaterThan(ray.way.xy, vec2(0.0)));
+  // Along an axis that it does not move on, `inverse` is positive
+  vec2 forward = mix(vec2(0.0), vec2(1.0), greaterThanEqual(ray.way.xy, vec2(0.0)));
   vec2 inverse = 1.0 / mix(ray.way.xy, vec2(1e-20), equal(ray.way.xy, vec2(0.0)));
   // A place on the border of cells belongs to the next one
   float longer = max(abs(ray.way.x), abs(ray.way.y));
@@ -86,7 +100,7 @@ March march(ScreenRay ray) {
   bool first = true;
   for (int step = 0; step < maxSteps; ++step) {
     if (s >= ray.last) return March(behind ? kBehind : ray.leavesAs, ivec2(0));
-    ivec2 sampled = ivec2(ray.start.xy + (first ? 0.0 : s + nudge) * ray.way.xy);
+    ivec2 sampled = min(ivec2(ray.start.xy + (first ? 0.0 : s + nudge) * ray.way.xy), ivec2(size) - 1);
     ivec2 cell = sampled >> level;
     vec2 border = (vec2(cell) + forward) * float(1 << level);
     vec2 toBorder = (border - ray.start.xy) * inverse;
@@ -119,7 +133,7 @@ March march(ScreenRay ray) {
   for (int step = 1; step <= maxSteps; ++step) {
     float s = float(step) * one;
     if (s >= ray.last) return March(behind ? kBehind : ray.leavesAs, ivec2(0));
-    ivec2 at = ivec2(ray.start.xy + s * ray.way.xy);
+    ivec2 at = min(ivec2(ray.start.xy + s * ray.way.xy), ivec2(size) - 1);
     float surface = texelFetch(pyramid, at, 0).r;
     float before = ray.start.z + (s - 0.5 * one) * ray.way.z;
     float after = ray.start.z + min(s + 0.5 * one, ray.last) * ray.way.z;

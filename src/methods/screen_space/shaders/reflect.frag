@@ -2,6 +2,7 @@
 //   LOBES          rays of a lobe; 0: one mirror ray
 //   LOBE_HORIZONS  1: rays of lobes are bounded by the G-buffer's lobe horizons, else by normals
 //   FALLBACK       0: black; 1: the cube map; 2: rays are traced later
+//   MASKS          1: samples are marked by the ends of their rays
 #include "raster/shaders/lobe.glsl"
 #include "march.glsl"
 #if LOBES
@@ -26,8 +27,12 @@ layout(early_fragment_tests) in;
 layout(std430, binding = 0) buffer Counts { uint counts[kCounts]; };
 
 layout(location = 0) out vec4 reflection;
+#if MASKS
 layout(location = 1) out uint mask;
-layout(location = 2) out uint missed;  // 1: a ray found nothing
+#endif
+#if FALLBACK == 2
+layout(location = 1 + MASKS) out uint missed;  // 1: a ray found nothing
+#endif
 
 const uint kMaskOf[kCounts] = uint[](0u, kMaskSky, kMaskOffscreen, kMaskBehind, kMaskBackface,
                                      kMaskTowardCamera, kMaskSteps, kMaskBelowHorizon);
@@ -84,7 +89,11 @@ void main() {
   reflection = vec4(seenAlong(place, mirror, 0.0, bits), 1.0);
 #endif
   if ((bits & kMaskBelowHorizon) != 0u) atomicAdd(counts[kBelow], 1u);
+#if MASKS
   mask = bits;
+#endif
+#if FALLBACK == 2
   const uint kMisses = kMaskOffscreen | kMaskBehind | kMaskBackface | kMaskTowardCamera | kMaskSteps;
   missed = (bits & kMisses) != 0u ? 1u : 0u;
+#endif
 }
