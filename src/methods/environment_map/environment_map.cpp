@@ -52,8 +52,8 @@ const config::OptionTable<Options>& optionTable() {
         readCentre},
        field(&Options::proxy, "proxy", kProxies,
              "how far away the scene is that the cube map shows. none: infinitely; box: on the box "
-             "of the scene's bounds; sphere: on a sphere about the viewpoint, as wide as the box "
-             "is long")
+             "of the scene's bounds; sphere: on a sphere about the viewpoint, whose "
+             "diameter is the box's longest edge")
            .trade("none,box"),
        field(&Options::faceSize, "face_size", config::range(1, 4096), kFaceSizeHelp)
            .trade("256,512,1024")});
@@ -102,11 +102,13 @@ class EnvironmentMap : public Method {
     reflectors_ = findReflectors(services.scene, settings.reflectors);
     refractive_ = raster::RefractiveSamples(services.scene);
     const auto program = [&](const char* label, const char* glossy) {
+      std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
+      defines.insert(defines.end(), {{"GLOSSY", glossy},
+                                     {"MASKS", masks_ ? "1" : "0"},
+                                     {"PROXY", std::to_string(static_cast<int>(options_.proxy))},
+                                     {"GGX", services.scene.hasGgxLobes() ? "1" : "0"}});
       return gl::Program::fullScreen(label, "methods/environment_map/shaders/lookup.frag",
-                                     {{"GLOSSY", glossy},
-                                      {"MASKS", masks_ ? "1" : "0"},
-                                      {"PROXY", std::to_string(static_cast<int>(options_.proxy))},
-                                      {"GGX", services.scene.hasGgxLobes() ? "1" : "0"}});
+                                     std::move(defines));
     };
     if (reflectors_.mirrors()) mirror_ = program("environment look-up", "0");
     if (reflectors_.glossy) glossy_ = program("environment look-up, glossy", "1");
@@ -165,6 +167,7 @@ class EnvironmentMap : public Method {
 
   void placeProxy(gl::Program& program, const Services& services,
                   const scene::Camera& camera) const {
+    services.raster->bindShadingResources(program.id(), services.lighting);
     const Vec3 eye = camera.eye();
     const Vec3 centre = centreOf(services);
     const Box3& box = services.geometry.bounds;

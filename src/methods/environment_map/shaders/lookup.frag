@@ -4,6 +4,7 @@
 //   PROXY   0: what the map shows is infinitely far; 1: on a box; 2: on a sphere about its centre
 #include "raster/shaders/lobe.glsl"
 #include "raster/shaders/masks.glsl"
+#include "raster/shaders/shading.glsl"
 
 uniform mat3 rayFromSample;  // (sample position, 1) to a ray of 1 m along the axis, world space
 uniform float levelOffset;   // 0.5 log2(4 / solid angle of a texel of level 0, sr)
@@ -53,7 +54,8 @@ void main() {
 #else
   const float level = 0.0;
 #endif
-  vec3 radiance = textureLod(cubeMap, reflected, level).rgb;
+  vec4 around = textureLod(cubeMap, reflected, level);
+  vec3 radiance = around.rgb;
 #if PROXY
   vec3 place = along * (nearMetres / max(texelFetch(depthSamples, ivec2(gl_FragCoord.xy), 0).r, 1e-30));
   float metres = exitOf(place, reflected);
@@ -65,8 +67,8 @@ void main() {
 #else
   vec4 near = textureLod(cubeMap, seen, level);
 #endif
-  // The environment, which alpha marks, is infinitely far
-  radiance = mix(radiance, near.rgb, near.a);
+  // Alpha marks surfaces: the environment is infinitely far, also where they hide it from the map
+  radiance = mix(mix(around.rgb, environmentRadiance(reflected), around.a), near.rgb, near.a);
 #endif
   reflection = vec4(radiance, 1.0);
   bool below = isBent(normalAndG.a);
