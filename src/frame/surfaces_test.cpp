@@ -8,7 +8,7 @@
 #include <memory>
 #include <random>
 
-#include "core/vector_level.h"
+#include "core/test_vector_levels.h"
 #include "frame/test_scenes.h"
 #include "scene/animate.h"
 #include "scene/texture.h"
@@ -160,14 +160,7 @@ bool sameBits(const Vec3& a, const Vec3& b) {
          std::bit_cast<std::array<std::uint32_t, 3>>(b);
 }
 
-class Levels : public testing::TestWithParam<VectorLevel> {
- protected:
-  void SetUp() override {
-    limitVectorLevel(GetParam());
-    if (vectorLevel() != GetParam()) GTEST_SKIP() << "this machine has no such instructions";
-  }
-  void TearDown() override { limitVectorLevel(VectorLevel::V4); }
-};
+using Levels = VectorLevels;
 
 TEST_P(Levels, GiveTheBitsOfTheFormula) {
   World world;

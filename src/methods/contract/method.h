@@ -45,6 +45,11 @@ struct RunSettings {
   const scene::CameraPath* path = nullptr;
   std::vector<std::string> layers;  ///< requested layers: "Z", "N", "reflection", "diffuse", "id",
                                     ///< "s", "motion", and names of MethodEntry::sampleLayers
+
+  /// Number of samples of the frame.
+  std::uint64_t sampleCount() const {
+    return static_cast<std::uint64_t>(width) * height * samples * samples;
+  }
 };
 
 /// One line of a plan: something that will be built, compiled, allocated or run, and why.

@@ -169,8 +169,7 @@ class Perturbation : public Method {
   /// What is drawn, read back and allocated for it; `several`: reflections in reflections.
   void planDrawing(const scene::Scene& scene, const RunSettings& settings, bool several,
                    MethodPlan& plan) const {
-    const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
-                         settings.samples * settings.samples;
+    const std::uint64_t samples = settings.sampleCount();
     const std::vector<bool> moving = scene::movingObjects(scene);
     const bool kept = std::ranges::find(moving, true) != moving.end();
     plan.items.push_back({"pass", "virtual_draw", "with a depth buffer of their own", 0});

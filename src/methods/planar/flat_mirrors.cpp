@@ -1,9 +1,7 @@
 #include "methods/planar/flat_mirrors.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "raster/scene_gpu/materials.h"
@@ -45,14 +43,6 @@ bool samePlane(const Plane& a, const Plane& b, const Box3& bounds) {
       glm::length(glm::dvec3(glm::max(glm::abs(bounds.min), glm::abs(bounds.max))));
   return std::abs(a.above(bounds.centre())) <=
          kSamePlace * std::max<double>(bounds.diameter(), largest);
-}
-
-std::array<glm::dvec4, 8> cornersOf(const Box3& box) {
-  std::array<glm::dvec4, 8> corners;
-  for (std::size_t i = 0; i < corners.size(); ++i)
-    corners[i] = {i & 1u ? box.max.x : box.min.x, i & 2u ? box.max.y : box.min.y,
-                  i & 4u ? box.max.z : box.min.z, 1.0};
-  return corners;
 }
 
 }  // namespace
@@ -97,27 +87,10 @@ View mirrored(const View& view, const Plane& plane) {
 }
 
 bool isCut(const View& view, const Box3& box) {
-  const std::array<glm::dvec4, 8> corners = cornersOf(box);
-  return std::ranges::none_of(
-      corners, [&](const glm::dvec4& corner) { return glm::dot(view.clip, corner) > 0.0; });
-}
-
-raster::Rectangle shownBy(const View& view, const Box3& box, int width, int height) {
-  glm::dvec2 least(std::numeric_limits<double>::infinity());
-  glm::dvec2 most = -least;
-  for (const glm::dvec4& corner : cornersOf(box)) {
-    const glm::dvec4 place = view.clipFromWorld * corner;
-    if (place.w < place.z) return {0, 0, width, height};
-    const glm::dvec2 at = glm::dvec2(0.5 * width, 0.5 * height) *
-                          glm::dvec2(1.0 + place.x / place.w, 1.0 - place.y / place.w);
-    least = glm::min(least, at);
-    most = glm::max(most, at);
-  }
-  const auto whole = [](double value, int end) {
-    return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(end)));
-  };
-  return {whole(std::floor(least.x) - 1.0, width), whole(std::floor(least.y) - 1.0, height),
-          whole(std::ceil(most.x) + 1.0, width), whole(std::ceil(most.y) + 1.0, height)};
+  glm::dvec4 farthest(0.0, 0.0, 0.0, 1.0);  // corner
+  for (int axis = 0; axis < 3; ++axis)
+    farthest[axis] = view.clip[axis] > 0.0 ? box.max[axis] : box.min[axis];
+  return !(glm::dot(view.clip, farthest) > 0.0);
 }
 
 Mat4 clipOfPart(const View& view, const raster::Rectangle& part, int width, int height) {

@@ -45,10 +45,6 @@ View mirrored(const View& view, const Plane& plane);
 /// Whether no part of the box is drawn: it lies on the far side of the view's plane.
 bool isCut(const View& view, const Box3& box);
 
-/// The rectangle of a frame of width x height that may show any of the box, row 0 on top, with a
-/// margin of one sample; the whole frame if a corner is not beyond the near plane.
-raster::Rectangle shownBy(const View& view, const Box3& box, int width, int height);
-
 /// clipFromWorld for drawing a part of a frame, with a viewport of that part.
 Mat4 clipOfPart(const View& view, const raster::Rectangle& part, int width, int height);
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "frame/test_scenes.h"
+#include "raster/regions/screen.h"
 
 namespace catoptric::methods::planar {
 namespace {
@@ -53,7 +54,8 @@ TEST(FlatMirrors, ShowsBoxesInTheirRectangleAndAllOfThoseAtTheEye) {
   Box3 box;
   box.extend(Vec3(-0.2f, 0.1f, -0.3f));
   box.extend(Vec3(0.4f, 0.6f, 0.2f));
-  const raster::Rectangle shown = shownBy(view, box, 150, 100);
+  const raster::Screen screen(view.clipFromWorld, scene::Camera().nearMetres, 150, 100);
+  const raster::Rectangle shown = screen.shows(box);
   EXPECT_LT(shown.width(), 60);
   EXPECT_FALSE(shown.empty());
   const glm::dvec4 corner = view.clipFromWorld * glm::dvec4(0.4, 0.6, 0.2, 1.0);
@@ -61,7 +63,7 @@ TEST(FlatMirrors, ShowsBoxesInTheirRectangleAndAllOfThoseAtTheEye) {
   EXPECT_GE(x, shown.x0);
   EXPECT_LE(x, shown.x1);
   box.extend(Vec3(view.eye));
-  EXPECT_EQ(shownBy(view, box, 150, 100), (raster::Rectangle{0, 0, 150, 100}));
+  EXPECT_EQ(screen.shows(box), (raster::Rectangle{0, 0, 150, 100}));
 }
 
 TEST(FlatMirrors, MirrorsInOnePlaneShareIt) {

@@ -13,6 +13,7 @@
 #include "methods/shared/shared_options.h"
 #include "raster/passes/background.h"
 #include "raster/passes/surfaces.h"
+#include "raster/regions/screen.h"
 
 namespace catoptric::methods {
 namespace {
@@ -43,11 +44,6 @@ struct Level {
   gl::Framebuffer weighing;
 };
 
-std::uint64_t samplesOf(const RunSettings& settings) {
-  return static_cast<std::uint64_t>(settings.width * settings.samples) *
-         static_cast<std::uint64_t>(settings.height * settings.samples);
-}
-
 class Planar : public Method {
  public:
   explicit Planar(const Options& options) : options_(options) {}
@@ -75,7 +71,7 @@ class Planar : public Method {
       if (settings.reflectors.contains(static_cast<int>(i))) ++own;
     }
     if (own == 0) return plan;
-    const std::uint64_t samples = samplesOf(settings);
+    const std::uint64_t samples = settings.sampleCount();
     const int nested = mirrors > 1 ? options_.bounces - 1 : 0;
     plan.items = {
         {"pass", "mirrors",
@@ -153,6 +149,10 @@ class Planar : public Method {
     std::uint64_t samples = 0;
   };
 
+  Rectangle shownBy(const View& view, const Box3& box) const {
+    return raster::Screen(view.clipFromWorld, nearMetres_, width_, height_).shows(box);
+  }
+
   void find(Services& services) {
     mirrors_ = findFlatMirrors(services.scene, services.geometry);
     std::vector<std::uint32_t> planes(services.scene.objects.size() + 1, 0);
@@ -167,13 +167,14 @@ class Planar : public Method {
     const raster::GBuffer& gbuffer = *services.gbuffer;
     width_ = gbuffer.sampleWidth();
     height_ = gbuffer.sampleHeight();
+    nearMetres_ = camera.nearMetres;
     spreadRad_ = scene::pixelSpreadRad(camera, height_);
     const View view{glm::dmat4(scene::clipFromCamera(
                         camera, static_cast<float>(width_) / static_cast<float>(height_))) *
                         glm::dmat4(scene::cameraFromWorld(camera)),
                     glm::dvec3(camera.eye())};
     for (std::size_t m = 0; m < mirrors_.size(); ++m) {
-      const Rectangle part = shownBy(view, mirrors_[m].bounds, width_, height_);
+      const Rectangle part = shownBy(view, mirrors_[m].bounds);
       if (part.empty()) continue;
       region_.use();
       gbuffer.object.bind(0);
@@ -222,8 +223,7 @@ class Planar : public Method {
     if (l + 1 == levels_.size()) return;
     for (std::size_t m = 0; m < mirrors_.size(); ++m) {
       if (m == mirror || isCut(view, mirrors_[m].bounds)) continue;
-      const Rectangle shown =
-          raster::intersection(part, shownBy(view, mirrors_[m].bounds, width_, height_));
+      const Rectangle shown = raster::intersection(part, shownBy(view, mirrors_[m].bounds));
       if (!shown.empty()) drawMirror(view, part, m, l, shown, services);
     }
   }
@@ -302,6 +302,7 @@ class Planar : public Method {
   raster::DrawList list_;
   int width_ = 0;  ///< of the frame, in samples
   int height_ = 0;
+  float nearMetres_ = 0.0f;
   float spreadRad_ = 0.0f;
   Counts counts_;
 };

@@ -75,8 +75,7 @@ class Reprojection : public Method, public KeepsFrames {
     plan.trace = true;
     plan.bvh = options_.bvh;
     plan.bounces = options_.bounces;
-    const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
-                         settings.samples * settings.samples;
+    const std::uint64_t samples = settings.sampleCount();
     const std::string why = std::to_string(reflectors) + " reflective objects";
     plan.items = {
         {"pass", "readback", "samples are compared on the CPU: the G-buffer is read back", 0},

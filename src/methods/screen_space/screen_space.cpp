@@ -98,8 +98,7 @@ class ScreenSpace : public Method {
     if (!reflectors.any()) return plan;
     const int width = settings.width * settings.samples;
     const int height = settings.height * settings.samples;
-    const std::uint64_t samples =
-        static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+    const std::uint64_t samples = settings.sampleCount();
     plan.items = {
         {"pass", "pyramid", "nearest depths of cells of samples"},
         {"pass", "march",

@@ -30,8 +30,7 @@ MethodPlan SecondOrder::plan(const scene::Scene& scene, const RunSettings& setti
       (settings.countDisocclusions ? raster::kMaskDisoccluded : 0));
   const SceneReflectors reflectors = findSceneReflectors(scene, settings);
   if (!reflectors.any()) return plan;
-  const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
-                       settings.samples * settings.samples;
+  const std::uint64_t samples = settings.sampleCount();
   std::string kinds;
   const auto add = [&](bool has, const char* what) {
     if (has) kinds += (kinds.empty() ? "" : ", ") + std::string(what);

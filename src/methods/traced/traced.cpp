@@ -56,8 +56,7 @@ class Traced : public Method {
     plan.trace = !options_.diffuseOnly;
     plan.bvh = options_.bvh;
     plan.bounces = options_.reflection.bounces;
-    const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
-                         settings.samples * settings.samples;
+    const std::uint64_t samples = settings.sampleCount();
     const std::string why = std::to_string(reflectors) + " reflective objects";
     plan.items = {
         {"pass", "readback", "Embree traces on the CPU: normal, s, g, depth and ids are read back",

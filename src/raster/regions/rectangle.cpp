@@ -1,6 +1,5 @@
 #include "raster/regions/rectangle.h"
 
-#include <array>
 #include <cassert>
 #include <utility>
 
@@ -113,12 +112,7 @@ Rectangle shownRectangle(const scene::Camera& camera, int width, int height,
 }
 
 Rectangle shownRectangle(const scene::Camera& camera, int width, int height, const Box3& box) {
-  if (box.empty()) return {};
-  std::array<Vec3, 8> corners;
-  for (std::size_t i = 0; i < corners.size(); ++i)
-    corners[i] = Vec3((i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
-                      (i & 4) != 0 ? box.max.z : box.min.z);
-  return shownRectangle(camera, width, height, corners);
+  return Screen(camera, width, height).shows(box);
 }
 
 Region::Region(int width, int height)

@@ -1,5 +1,6 @@
 #include "raster/regions/screen.h"
 
+#include <array>
 #include <cmath>
 
 namespace catoptric::raster {
@@ -12,14 +13,27 @@ constexpr double kFloatRounding = 16.0 * 0x1p-24;
 }  // namespace
 
 Screen::Screen(const scene::Camera& camera, int width, int height)
+    : Screen(glm::dmat4(scene::clipFromCamera(
+                 camera, static_cast<float>(width) / static_cast<float>(height))) *
+                 glm::dmat4(scene::cameraFromWorld(camera)),
+             camera.nearMetres, width, height) {}
+
+Screen::Screen(const glm::dmat4& clipFromWorld, double nearMetres, int width, int height)
     : all_{0, 0, width, height},
       size_(width, height),
-      clipFromWorld_(glm::dmat4(scene::clipFromCamera(
-                         camera, static_cast<float>(width) / static_cast<float>(height))) *
-                     glm::dmat4(scene::cameraFromWorld(camera))),
-      nearMetres_(camera.nearMetres) {
+      clipFromWorld_(clipFromWorld),
+      nearMetres_(nearMetres) {
   for (int column = 0; column < 4; ++column)
     terms_[column] = kFloatRounding * glm::abs(clipFromWorld_[column]);
+}
+
+Rectangle Screen::shows(const Box3& box) const {
+  if (box.empty()) return {};
+  std::array<Vec3, 8> corners;
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    corners[i] = Vec3((i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
+                      (i & 4) != 0 ? box.max.z : box.min.z);
+  return shows(corners);
 }
 
 Rectangle Screen::shows(std::span<const Vec3> points) const {

@@ -12,8 +12,11 @@ namespace catoptric::raster {
 class Screen {
  public:
   Screen(const scene::Camera& camera, int width, int height);
+  /// Of any view with reversed-Z, such as a mirrored one.
+  Screen(const glm::dmat4& clipFromWorld, double nearMetres, int width, int height);
   /// See shownRectangle() in rectangle.h.
   Rectangle shows(std::span<const Vec3> points) const;
+  Rectangle shows(const Box3& box) const;
 
  private:
   Rectangle all_;

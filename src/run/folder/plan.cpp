@@ -39,10 +39,6 @@ constexpr std::uint64_t kFramesUnderWay = 4 + kWriters;  ///< one rendered, 3 qu
 constexpr const char* kFrameOptions = "image.width, image.height, image.samples";
 constexpr const char* kPixelOptions = "image.width, image.height, image.layers";
 
-std::uint64_t sampleCount(const methods::RunSettings& image) {
-  return static_cast<std::uint64_t>(image.width) * image.height * image.samples * image.samples;
-}
-
 std::string count(std::size_t n, const std::string& noun) {
   return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
 }
@@ -162,7 +158,7 @@ LayerSizes layerSizes(const methods::RunSettings& image, std::uint16_t filledMas
 /// The G-buffer, and what follows it: composite, readback, layers.
 void addBefore(const RunConfig& run, const scene::Scene& scene, const raster::GBufferSize& size,
                std::vector<PlanItem>& items) {
-  const std::uint64_t samples = sampleCount(run.image);
+  const std::uint64_t samples = run.image.sampleCount();
   items.push_back(
       {"resource", "gbuffer",
        std::to_string(run.image.width) + "x" + std::to_string(run.image.height) + " pixels with " +
@@ -195,7 +191,7 @@ void addAfter(const RunConfig& run, const methods::MethodPlan& needs, std::size_
       if (run.image.masks) names.emplace_back("masks");
       items.push_back(
           {"pass", "layers", "asked for: " + joined(names, ", "),
-           sampleCount(run.image) * layers.sampleBytes + pixels * layers.floats * sizeof(float),
+           run.image.sampleCount() * layers.sampleBytes + pixels * layers.floats * sizeof(float),
            "image.layers, image.masks"});
     }
   }

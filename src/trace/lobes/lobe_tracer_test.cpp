@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/vector_level.h"
+#include "core/test_vector_levels.h"
 #include "frame/test_scenes.h"
 #include "scene/animate.h"
 #include "scene/implicit/surface.h"
@@ -157,15 +157,7 @@ bool sameVector(const Vec3& a, const Vec3& b) {
   return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
 }
 
-/// The machine's vector code, or less of it.
-class Levels : public testing::TestWithParam<VectorLevel> {
- protected:
-  void SetUp() override {
-    limitVectorLevel(GetParam());
-    if (vectorLevel() != GetParam()) GTEST_SKIP() << "this machine has no such instructions";
-  }
-  void TearDown() override { limitVectorLevel(VectorLevel::V4); }
-};
+using Levels = VectorLevels;
 
 TEST_P(Levels, GiveTheBitsOfThePlainDefinition) {
   const World world;

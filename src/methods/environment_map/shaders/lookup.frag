@@ -2,6 +2,7 @@
 //   GLOSSY  1: the mip level whose filter is as wide as the lobe
 //   MASKS   1: every sample is marked as an environment look-up
 //   PROXY   0: what the map shows is infinitely far; 1: on a box; 2: on a sphere about its centre
+#include "methods/shared/shaders/box_exit.glsl"
 #include "raster/shaders/lobe.glsl"
 #include "raster/shaders/masks.glsl"
 #include "raster/shaders/shading.glsl"
@@ -23,8 +24,7 @@ uniform float radius;
 // Metres from p, which is within the proxy, to where the unit direction d leaves it.
 float exitOf(vec3 p, vec3 d) {
 #if PROXY == 1
-  vec3 exits = max((least - p) / d, (most - p) / d);
-  return max(min(exits.x, min(exits.y, exits.z)), 0.0);
+  return max(boxExit(least, most, p, d), 0.0);
 #else
   vec3 fromCentre = p - centre;
   float b = dot(fromCentre, d);

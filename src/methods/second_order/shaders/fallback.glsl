@@ -1,5 +1,6 @@
 // What rays see that find nothing in their depth image: the cube map, or the sky.
 #include "constants.glsl"
+#include "methods/shared/shaders/box_exit.glsl"
 #include "raster/shaders/lobe.glsl"
 #include "raster/shaders/shading.glsl"
 
@@ -28,8 +29,7 @@ bool closedAround(vec3 direction) {
 // What the cube map shows along a ray from p: the place where it leaves the scene's box, in closed
 // rooms [Lagarde2012].
 vec3 fallback(vec3 p, vec3 direction, float level) {
-  vec3 exits = max((sceneLeast - p) / direction, (sceneMost - p) / direction);
-  float t = min(exits.x, min(exits.y, exits.z));
+  float t = boxExit(sceneLeast, sceneMost, p, direction);
   vec3 seen = t > 0.0 && t < 1e30 ? p + t * direction - cubeCentre : direction;
   return textureLod(environmentMap, closedAround(seen) ? seen : direction, level).rgb;
 }

@@ -90,11 +90,6 @@ double drawnOf(const Impostor& impostor, bool rows, bool relit, bool lit) {
   return whole / (impostor.turns ? kTurningFrames : kFrames) + again;
 }
 
-std::uint64_t samplesOf(const RunSettings& settings) {
-  return static_cast<std::uint64_t>(settings.width * settings.samples) *
-         static_cast<std::uint64_t>(settings.height * settings.samples);
-}
-
 }  // namespace
 
 std::uint64_t ImpostorMethod::bytesOf(const Impostor& impostor, Images::Kept kept) const {
@@ -127,7 +122,8 @@ Cost ImpostorMethod::mostOf(const RunSettings& settings, bool redrawn, std::uint
   if (options_.fallback == Fallback::None)
     return {options_.memoryBytes, std::numeric_limits<double>::infinity()};
   const double cube = 6.0 * options_.faceSize * options_.faceSize;
-  return {options_.memoryBytes, allowedTexels(samplesOf(settings), rays) - (redrawn ? cube : 0.0)};
+  return {options_.memoryBytes,
+          allowedTexels(settings.sampleCount(), rays) - (redrawn ? cube : 0.0)};
 }
 
 ImpostorMethod::Start ImpostorMethod::startOf(const scene::Scene& scene,
@@ -177,7 +173,7 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
        costsOf(impostors, lightsMove(scene), keptIn(inMemory, lobes || !inMemory)))
     all.add(cost);
   all.bytes += unlitBytes(impostors, keptIn(inMemory, true));
-  const std::uint64_t samples = samplesOf(settings);
+  const std::uint64_t samples = settings.sampleCount();
   std::uint64_t tests = 0;  // by a ray
   for (std::size_t o = 0; o < choice.listOf.size(); ++o)
     if (reflectors.classOf[o + 1] != raster::SampleClass::Glossy)
