@@ -47,12 +47,14 @@ const config::OptionTable<Options>& optionTable() {
   static const config::OptionTable<Options> table(
       "screen_space", "Options of the method screen_space.",
       {field(&Options::trace, "trace", kTraces,
-             "how a ray is followed. hi_z: over cells of up to 64 x 64 samples by their nearest "
-             "depths; dda: sample by sample, along its longer axis"),
+             "how a ray is followed. hi_z: over cells of up to 64 x 64 samples by their bounds of "
+             "depth; dda: from sample to sample"),
        field(&Options::thickness, "thickness", atLeast(0.0),
              "metres behind a surface within which a ray hits it")
            .trade("0.02,0.1,0.5"),
-       field(&Options::stride, "stride", range(1, 64), "samples that a step of dda takes")
+       field(&Options::stride, "stride", range(1, 64),
+             "samples along its longer axis that a step of dda takes; a binary search finds the "
+             "place within it")
            .trade("1,2,4"),
        field(&Options::maxSteps, "max_steps", range(0, 65536),
              "steps of a ray, at most; 0: as many as the frame has samples across and down")
@@ -71,14 +73,14 @@ constexpr std::array<const char*, 7> kEnds = {
 static_assert(shared::kCounts == kEnds.size() + 1 && shared::kSky == 1 &&
               shared::kBelow == static_cast<int>(kEnds.size()));
 
-constexpr int kCell = 1 << (shared::kLevels - 1);
+constexpr int kCell = 1 << shared::kLastLevel;
 
 int padded(int samples) {
   return (samples + kCell - 1) / kCell * kCell;
 }
 
 std::uint64_t pyramidBytes(int width, int height) {
-  return 4 * static_cast<std::uint64_t>(padded(width)) *
+  return 8 * static_cast<std::uint64_t>(padded(width)) *
          static_cast<std::uint64_t>(padded(height)) * 4 / 3;
 }
 
@@ -100,11 +102,11 @@ class ScreenSpace : public Method {
     const int height = settings.height * settings.samples;
     const std::uint64_t samples = settings.sampleCount();
     plan.items = {
-        {"pass", "pyramid", "nearest depths of cells of samples"},
+        {"pass", "pyramid", "nearest and farthest depths of cells of samples"},
         {"pass", "march",
          std::to_string(reflectors.count()) +
              " reflective objects: rays are followed over the frame's depths"},
-        {"resource", "pyramid", "R32F by sample, with 6 coarser levels",
+        {"resource", "pyramid", "RG32F by sample, with 6 coarser levels",
          pyramidBytes(width, height)},
     };
     if (options_.fallback == Fallback::EnvironmentMap) {
@@ -138,10 +140,10 @@ class ScreenSpace : public Method {
     raster::GBuffer& gbuffer = *services.gbuffer;
     const int width = gbuffer.sampleWidth();
     const int height = gbuffer.sampleHeight();
-    pyramid_ = gl::Texture::make2D("nearest depths", GL_R32F, padded(width), padded(height),
-                                   shared::kLevels);
+    pyramid_ = gl::Texture::make2D("nearest depths", GL_RG32F, padded(width), padded(height),
+                                   shared::kLastLevel + 1);
     pyramid_.setFilter(GL_NEAREST_MIPMAP_NEAREST, GL_NEAREST);
-    for (int l = 0; l < shared::kLevels; ++l)
+    for (int l = 0; l <= shared::kLastLevel; l += shared::kLevelStep)
       levels_.emplace_back("nearest depths", std::initializer_list<gl::Attachment>{
                                                  {.texture = pyramid_, .level = l}});
     const char* nearest = "methods/screen_space/shaders/pyramid.frag";
@@ -177,7 +179,8 @@ class ScreenSpace : public Method {
     std::uint64_t refractive = 0;
     if (reflectors_.any()) {
       if (options_.fallback == Fallback::EnvironmentMap) followCubeMap(input, services);
-      services.timer.measure("pyramid", [&] { drawPyramid(gbuffer); });
+      services.timer.measure("pyramid",
+                             [&] { drawPyramid(gbuffer, input.frame.camera.nearMetres); });
       services.timer.measure("march", [&] {
         march(services, input.frame.camera);
         refractive = refractive_.count(gbuffer);
@@ -222,7 +225,7 @@ class ScreenSpace : public Method {
                                    "methods/screen_space/shaders/reflect.frag", std::move(defines));
   }
 
-  void drawPyramid(const raster::GBuffer& gbuffer) {
+  void drawPyramid(const raster::GBuffer& gbuffer, float nearMetres) {
     const gl::DrawScope scope{gl::DrawState()};
     for (std::size_t l = 0; l < levels_.size(); ++l) {
       levels_[l].bind();
@@ -231,8 +234,10 @@ class ScreenSpace : public Method {
       if (l == 0) {
         gbuffer.depth.bind(0);
         first_.set("size", glm::ivec2(gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+        first_.set("nearMetres", nearMetres);
+        first_.set("thickness", options_.thickness);
       } else {
-        pyramid_.bindImage(0, GL_READ_ONLY, static_cast<int>(l) - 1);
+        pyramid_.bindImage(0, GL_READ_ONLY, shared::kLevelStep * static_cast<int>(l - 1));
       }
       gl::drawFullScreenTriangle();
       glMemoryBarrier(GL_FRAMEBUFFER_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
@@ -317,7 +322,7 @@ const MethodEntry& screenSpaceEntry() {
       .paper = "",
       .steps = {{"cube_map", "start, frames",
                  "the cube map is drawn; again after something has moved"},
-                {"pyramid", "frames", "nearest depths of cells of samples"},
+                {"pyramid", "frames", "nearest and farthest depths of cells of samples"},
                 {"march", "frames", "rays are followed over the frame's depths"},
                 {"readback", "frames", "samples to be traced are read back"},
                 {"trace", "frames", "rays of samples with a ray that found nothing are traced"},

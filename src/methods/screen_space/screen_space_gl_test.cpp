@@ -19,8 +19,9 @@ constexpr int kWidth = 200;
 constexpr int kHeight = 160;
 constexpr std::uint32_t kMirror = 1;
 
-/// A mirror on the ground, before a wall, with a pillar; the camera sees what is reflected.
-scene::Scene hall(float roughness = 0.0f) {
+/// A mirror on the ground, before a wall, with stripes or without, with a pillar; the camera sees
+/// what is reflected.
+scene::Scene hall(float roughness = 0.0f, int stripes = 0) {
   test::SceneBuilder builder;
   builder.constantEnvironment(Vec3(0.5f, 0.6f, 0.9f));
   builder.add(scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Unit),
@@ -30,6 +31,13 @@ scene::Scene hall(float roughness = 0.0f) {
               translation({0.0f, 4.0f, -2.0f}) * rotation(90.0f, {1.0f, 0.0f, 0.0f}));
   builder.add(scene::makeBox({}, scene::UvMode::Unit), builder.diffuse(Vec3(0.1f, 0.6f, 0.3f)),
               translation({0.4f, 0.5f, -1.0f}) * glm::scale(Mat4(1.0f), Vec3(0.4f, 1.0f, 0.4f)));
+  for (int i = 0; i < stripes; ++i)
+    builder.add(
+        scene::makePlane({8.0f, 2.0f / static_cast<float>(stripes)}, {1, 1}, scene::UvMode::Unit),
+        builder.diffuse(Vec3(0.1f, 0.1f, 0.7f)),
+        translation(
+            {0.0f, (static_cast<float>(i) + 0.25f) * 4.0f / static_cast<float>(stripes), -1.99f}) *
+            rotation(90.0f, {1.0f, 0.0f, 0.0f}));
   return builder.scene();
 }
 
@@ -44,8 +52,9 @@ struct Frame {
   Counters counters;
 };
 
-Frame frameOf(const std::string& method, const std::string& options, float roughness = 0.0f) {
-  test::GlStage stage(hall(roughness), test::framesOf(kWidth, kHeight, 1, true));
+Frame frameOf(const std::string& method, const std::string& options, float roughness = 0.0f,
+              int stripes = 0) {
+  test::GlStage stage(hall(roughness, stripes), test::framesOf(kWidth, kHeight, 1, true));
   Frame frame;
   frame.counters =
       test::GlMethod(stage, test::methodNamed(method), options).render(camera()).counters;
@@ -101,7 +110,26 @@ TEST(ScreenSpace, BothWaysToFollowARayMeetTheSame) {
     ++samples;
     different += differenceAt(coarse, fine, i) > 1e-3f ? 1 : 0;
   }
-  EXPECT_LT(different, samples / 100);
+  EXPECT_LE(different, samples / 1000);
+}
+
+// A binary search finds the place within a long step: borders of stripes stay where they are.
+TEST(ScreenSpace, LongStepsAreRefined) {
+  const auto seen = [](const char* stride) {
+    return frameOf(
+        "screen_space",
+        R"({"fallback": "black", "trace": "dda", "stride": )" + std::string(stride) + "}", 0.0f, 8);
+  };
+  const Frame fine = seen("1");
+  const Frame steps = seen("8");
+  int samples = 0;
+  int different = 0;
+  for (std::size_t i = 0; i < fine.ids.size(); ++i) {
+    if (fine.ids[i] != kMirror) continue;
+    ++samples;
+    different += differenceAt(steps, fine, i) > 0.02f ? 1 : 0;
+  }
+  EXPECT_LT(different, samples / 10);
 }
 
 TEST(ScreenSpace, EachRayEndsOnceAndItsSampleIsMarked) {

@@ -1,5 +1,7 @@
 // Constants that C++ and the shaders share: screen_space.cpp reads these very lines.
-const int kLevels = 7;  // of the pyramid: its cells have edges of up to 64 samples
+// Of the pyramid: its cells have edges of 2^level samples
+const int kLevelStep = 2;
+const int kLastLevel = 6;
 
 // How a ray ends: the index of its count.
 const int kHit = 0;

@@ -1,8 +1,8 @@
 // Follows a ray over the frame's depths. Reversed depth (near / distance along the axis) is linear
 // along a ray in window coordinates, so that a ray is start + s * way, s from 0 to 1: x, y in
 // samples, z the depth.
-//   HI_Z  1: by the pyramid of nearest depths [Uludag2014]; 0: sample by sample along the longer
-//         axis [McGuire2014]
+//   HI_Z  1: by the pyramid of depths [Uludag2014]; 0: from sample to sample, or in steps along the
+//         longer axis, and by a binary search within a step that hits [McGuire2014]
 #include "constants.glsl"
 
 layout(binding = 0) uniform sampler2D pyramid;
@@ -67,79 +67,136 @@ float slopeAt(ivec2 at) {
 
 const int kOn = -1;  // the ray goes on
 
-// What the ray meets at a sample, between the depths `one` and `other`: kHit, kBackface or kOn.
-// `behind`: it passed behind the surface there.
-int meets(ScreenRay ray, ivec2 at, float surface, float one, float other, inout bool behind) {
-  float farthest = nearMetres / max(min(one, other), 1e-30);
-  float nearest = nearMetres / max(max(one, other), 1e-30);
-  float metres = nearMetres / max(surface, 1e-30);
-  if (!(surface > 0.0 && farthest >= metres)) return kOn;
-  if (nearest > metres + thickness) {
-    behind = true;
-    return kOn;
-  }
+// What a ray meets from s = `from` to `to` at a sample that it is not in front of, nor more than `thickness`
+// behind: kHit, kBackface or kOn.
+int meets(ScreenRay ray, ivec2 at, float from, float to) {
+  float surface = texelFetch(pyramid, at, 0).r;
+  if (surface <= 0.0) return kOn;
   bool front = dot(imageLoad(normalSamples, at).xyz, ray.direction) < 0.0;
   bool own = imageLoad(objectSamples, at).r == ray.object;
   if (front && !own) return kHit;
   // Beside the surface that it leaves, a ray is in front of it within a sample's own slope
-  if (min(one, other) > surface - slopeAt(at)) return kOn;
+  float farthest = ray.start.z + ray.way.z * (ray.way.z < 0.0 ? to : from);
+  if (farthest > surface - slopeAt(at)) return kOn;
   return front ? kHit : own ? kOn : kBackface;
 }
 
+// How a ray crosses cells of samples.
+struct Grid {
+  vec2 forward;
+  vec2 inverse;
+  float nudge;  // a place on the border of cells belongs to the next one
+};
+
+ivec2 sampleAt(ScreenRay ray, Grid grid, float s) {
+  return min(ivec2(ray.start.xy + (s + grid.nudge) * ray.way.xy), ivec2(size) - 1);
+}
+
+// Where it leaves the cell.
+float leaving(ScreenRay ray, Grid grid, ivec2 cell, int level, float s) {
+  vec2 border = (vec2(cell) + grid.forward) * float(1 << level);
+  vec2 leaves = (border - ray.start.xy) * grid.inverse;
+  return min(max(min(leaves.x, leaves.y), s + grid.nudge), ray.last);
+}
+
+Grid gridOf(ScreenRay ray) {
+  Grid grid;
+  grid.forward = mix(vec2(0.0), vec2(1.0), greaterThanEqual(ray.way.xy, vec2(0.0)));
+  // Along an axis that it does not move on, it is positive
+  grid.inverse = 1.0 / mix(ray.way.xy, vec2(1e-20), equal(ray.way.xy, vec2(0.0)));
+  grid.nudge = 1e-3 / max(max(abs(ray.way.x), abs(ray.way.y)), 1e-3);
+  return grid;
+}
+
+// Loops end when all rays of a group of samples have left them: what a surface is, is found out beyond the loop
+// over cells.
 #if HI_Z
 March march(ScreenRay ray) {
+  Grid grid = gridOf(ray);
   bool behind = false;
-  // Along an axis that it does not move on, `inverse` is positive
-  vec2 forward = mix(vec2(0.0), vec2(1.0), greaterThanEqual(ray.way.xy, vec2(0.0)));
-  vec2 inverse = 1.0 / mix(ray.way.xy, vec2(1e-20), equal(ray.way.xy, vec2(0.0)));
-  // A place on the border of cells belongs to the next one
-  float longer = max(abs(ray.way.x), abs(ray.way.y));
-  float nudge = 1e-3 / max(longer, 1e-3);
   int level = 0;
-  float s = 0.0;
-  bool first = true;
-  for (int step = 0; step < maxSteps; ++step) {
-    if (s >= ray.last) return March(behind ? kBehind : ray.leavesAs, ivec2(0));
-    ivec2 sampled = min(ivec2(ray.start.xy + (first ? 0.0 : s + nudge) * ray.way.xy), ivec2(size) - 1);
-    ivec2 cell = sampled >> level;
-    vec2 border = (vec2(cell) + forward) * float(1 << level);
-    vec2 toBorder = (border - ray.start.xy) * inverse;
-    float next = min(max(min(toBorder.x, toBorder.y), s + nudge), ray.last);
-    float surface = texelFetch(pyramid, cell, level).r;
-    float here = ray.start.z + s * ray.way.z;
-    float there = ray.start.z + next * ray.way.z;
-    if (first || min(here, there) > surface) {
-      s = next;
-      level = first ? 0 : min(level + 1, kLevels - 1);
-      first = false;
-    } else if (level > 0) {
+  float s = leaving(ray, grid, ivec2(ray.start.xy), 0, 0.0);
+  int step = 1;
+  int end = kOn;
+  ivec2 at = ivec2(0);
+  while (end == kOn) {
+    bool reached = false;
+    while (!reached && s < ray.last && step < maxSteps) {
+      ivec2 cell = sampleAt(ray, grid, s) >> level;
+      vec2 bounds = texelFetch(pyramid, cell, level).rg;
+      float next = leaving(ray, grid, cell, level, s);
+      float here = ray.start.z + s * ray.way.z;
+      float there = ray.start.z + next * ray.way.z;
+      bool under = max(here, there) < bounds.y;
+      behind = behind || under;
+      bool passes = under || min(here, there) > bounds.x;
+      reached = !passes && level == 0;
       // Receding, it is in front of all as far as the nearest surface's depth
-      float reaches = ray.way.z < 0.0 ? (surface - ray.start.z) / ray.way.z : s;
-      s = clamp(reaches, s, next);
-      --level;
+      float reaches = ray.way.z < 0.0 ? clamp((bounds.x - ray.start.z) / ray.way.z, s, next) : s;
+      s = passes ? next : level == 0 ? s : reaches;
+      // Upwards only beyond the border of a coarser cell
+      ivec2 differs = cell ^ (sampleAt(ray, grid, next) >> level);
+      bool leaves = ((differs.x | differs.y) >> kLevelStep) != 0;
+      level = passes ? min(leaves ? level + kLevelStep : level, kLastLevel)
+                     : max(level - kLevelStep, 0);
+      ++step;
+    }
+    if (reached) {
+      at = sampleAt(ray, grid, s);
+      float here = s;
+      s = leaving(ray, grid, at, 0, s);
+      end = meets(ray, at, here, s);
     } else {
-      int met = meets(ray, sampled, surface, here, there, behind);
-      if (met != kOn) return March(met, sampled);
-      s = next;
+      end = s < ray.last ? kSteps : behind ? kBehind : ray.leavesAs;
     }
   }
-  return March(kSteps, ivec2(0));
+  return March(end, at);
 }
 #else
 March march(ScreenRay ray) {
+  Grid grid = gridOf(ray);
+  // With a stride of 1 every sample that the ray crosses is tested, otherwise the one amid each step
+  bool strides = stride > 1.0;
+  float one = stride / max(max(abs(ray.way.x), abs(ray.way.y)), 1e-3);
   bool behind = false;
-  float longer = max(max(abs(ray.way.x), abs(ray.way.y)), 1e-3);
-  float one = stride / longer;
-  for (int step = 1; step <= maxSteps; ++step) {
-    float s = float(step) * one;
-    if (s >= ray.last) return March(behind ? kBehind : ray.leavesAs, ivec2(0));
-    ivec2 at = min(ivec2(ray.start.xy + s * ray.way.xy), ivec2(size) - 1);
-    float surface = texelFetch(pyramid, at, 0).r;
-    float before = ray.start.z + (s - 0.5 * one) * ray.way.z;
-    float after = ray.start.z + min(s + 0.5 * one, ray.last) * ray.way.z;
-    int met = meets(ray, at, surface, before, after, behind);
-    if (met != kOn) return March(met, at);
+  float s = strides ? 0.5 * one : leaving(ray, grid, ivec2(ray.start.xy), 0, 0.0);
+  int step = 1;
+  int end = kOn;
+  ivec2 at = ivec2(0);
+  while (end == kOn) {
+    bool reached = false;
+    while (!reached && s < ray.last && step < maxSteps) {
+      ivec2 cell = sampleAt(ray, grid, strides ? s + 0.5 * one : s);
+      vec2 bounds = texelFetch(pyramid, cell, 0).rg;
+      float next = strides ? min(s + one, ray.last) : leaving(ray, grid, cell, 0, s);
+      float here = ray.start.z + s * ray.way.z;
+      float there = ray.start.z + next * ray.way.z;
+      bool under = max(here, there) < bounds.y;
+      behind = behind || under;
+      reached = !under && min(here, there) <= bounds.x;
+      s = reached ? s : next;
+      ++step;
+    }
+    if (reached) {
+      at = sampleAt(ray, grid, strides ? s + 0.5 * one : s);
+      float from = s;
+      float to = strides ? min(s + one, ray.last) : leaving(ray, grid, at, 0, s);
+      float here = from;
+      s = to;
+      // Where in a longer step it reaches the surface, to a quarter of a sample
+      for (float width = stride; strides && width > 0.25; width *= 0.5) {
+        float middle = 0.5 * (here + to);
+        ivec2 there = sampleAt(ray, grid, middle);
+        bool within = ray.start.z + middle * ray.way.z <= texelFetch(pyramid, there, 0).r;
+        at = within ? there : at;
+        to = within ? middle : to;
+        here = within ? here : middle;
+      }
+      end = meets(ray, at, from, s);
+    } else {
+      end = s < ray.last ? kSteps : behind ? kBehind : ray.leavesAs;
+    }
   }
-  return March(kSteps, ivec2(0));
+  return March(end, at);
 }
 #endif
