@@ -35,7 +35,7 @@ target_compile_options(catoptric_options INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>  # it takes joined sources for headers
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>  # false alarms on std::string in GCC 12 (its bug 105651)
   -ffp-contract=off)  # the same result from the same source, whatever the inlining
-target_link_options(catoptric_options INTERFACE -fuse-ld=lld)
+target_link_options(catoptric_options INTERFACE -fuse-ld=lld -Wl,--build-id=sha1)  # buildFingerprint()
 if(CATOPTRIC_SANITIZE)
   target_compile_options(catoptric_options INTERFACE
     -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)

@@ -13,7 +13,7 @@ std::string processorName();
 /// The instruction sets that determine the last bits of pixels, e.g. "Embree avx512, x86-64-v4".
 std::string instructionSets();
 
-/// The fingerprint of the running program's file, which identifies the build.
+/// The fingerprint of the running program's contents, which identifies the build.
 std::string buildFingerprint();
 
 std::uint64_t physicalMemoryBytes();
