@@ -31,7 +31,7 @@ def motion(arguments, run, truth):
 
 
 def line(cells):
-    print("| " + " | ".join(cells) + " |", flush=True)
+    print("    " + "".join(cell.ljust(width) for cell, width in zip(cells, (18, 26, 30, 0))), flush=True)
 
 
 def main():
@@ -45,8 +45,7 @@ def main():
     arguments = parser.parse_args()
     for path in PATHS:
         render(arguments, path, arguments.work / path)
-    line(["", "flicker: " + ", ".join(PATHS), "flicker_mc, steady, unsteady", "most flicker"])
-    line(["---"] * 4)
+    line(["", "flicker", "flicker_mc, steady, unsteady", "most flicker"])
     for method in arguments.methods:
         found = {path: motion(arguments, arguments.work / path / method, arguments.work / path / "traced")
                  for path in PATHS}

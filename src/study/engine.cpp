@@ -1,6 +1,7 @@
 #include "study/engine.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -30,6 +31,9 @@ std::vector<std::size_t> orderOf(std::size_t settings, int round, int frame, std
 /// How wide the interval of a clear ratio may be (high / low - 1); ours.
 constexpr double kWide = 0.04;
 
+/// Steps of a frame by any method.
+constexpr std::array kShared{"geometry", "gbuffer", "composite", "layers"};
+
 Measurement withoutFailed(Measurement measurement) {
   std::erase_if(measurement.turns, [&](const Turn& turn) {
     return !measurement.settings[turn.setting].failure.empty();
@@ -58,6 +62,7 @@ RoundTimes collect(const std::vector<Turn>& turns, std::size_t setting, bool fir
 std::string timeName(const TimeKind& kind) {
   if (kind.of == TimeKind::Of::Mean)
     return "mean of " + std::to_string(kind.amortize) + (kind.amortize == 1 ? " frame" : " frames");
+  if (kind.of == TimeKind::Of::Reflection) return "reflection alone";
   return kind.of == TimeKind::Of::First ? "first frame" : "steady frame";
 }
 
@@ -65,6 +70,14 @@ RoundTimes Measurement::times(std::size_t setting, const TimeKind& kind) const {
   const auto get = [&](const FrameReport& report) { return secondsOf(report, kind.clock); };
   RoundTimes steady = collect(turns, setting, false, get);
   if (kind.of == TimeKind::Of::Steady) return steady;
+  if (kind.of == TimeKind::Of::Reflection)
+    return collect(turns, setting, false, [](const FrameReport& report) {
+      double seconds = report.seconds;
+      for (const char* step : kShared)
+        if (const auto found = report.steps.find(step); found != report.steps.end())
+          seconds -= found->second;
+      return seconds;
+    });
   RoundTimes first = collect(turns, setting, true, get);
   if (kind.of == TimeKind::Of::First || first.empty() || kind.amortize == 1) return first;
   const double frames = kind.amortize;

@@ -87,11 +87,12 @@ struct TimeKind {
   enum class Of {
     Steady,  ///< of frames that follow others
     First,   ///< of the first frame, with all that is built before it
-    Mean     ///< of a frame at the end of `amortize` frames: one first frame, otherwise steady ones
+    Mean,    ///< of a frame at the end of `amortize` frames: one first frame, otherwise steady ones
+    Reflection  ///< of steady frames, without the steps that they take by any method; wall clock
   } of = Of::Steady;
   int amortize = 1;
 };
-/// "steady frame", "first frame", or "mean of 900 frames".
+/// "steady frame", "first frame", "mean of 900 frames", or "reflection alone".
 std::string timeName(const TimeKind& kind);
 struct Measurement {
   std::vector<Turn> turns;

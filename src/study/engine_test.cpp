@@ -232,6 +232,19 @@ TEST(Engine, MeansWithBuildsAreAsSureAsSteadyFrames) {
   }
 }
 
+TEST(Engine, ReflectionAloneIsWithoutWhatAllMethodsShare) {
+  Measurement result;
+  result.settings.resize(1);
+  FrameReport report;
+  report.seconds = 1.0;
+  report.steps = {{"gbuffer", 0.5}, {"composite", 0.125}, {"trace", 0.25}, {"layers", 0.0625}};
+  result.turns = {{1, 0, 0, kFirst, report}, {1, 1, 0, 1, report}};
+  const TimeKind kind{Clock::Wall, TimeKind::Of::Reflection};
+  EXPECT_EQ(result.times(0, kind), (RoundTimes{{0.3125}}));
+  EXPECT_EQ(result.seconds(0, kind), 0.3125);
+  EXPECT_EQ(timeName(kind), "reflection alone");
+}
+
 TEST(Engine, RoundsOfShortFramesGoOnByTwo) {
   const auto rounds = [](double leastSeconds) {
     Machine machine(1);

@@ -37,8 +37,11 @@ double mean(const std::vector<double>& values) {
 
 const std::vector<std::string>& functions() {
   static const std::vector<std::string> names{
-      "ms",   "worst_ms", "first_ms", "mean_ms", "step",   "ratio", "error",    "worst", "mean",
-      "most", "percent",  "per",      "spread",  "median", "first", "error_of", "slope"};
+      "ms",     "worst_ms",      "first_ms",        "mean_ms",
+      "step",   "ratio",         "error",           "worst",
+      "mean",   "most",          "percent",         "per",
+      "spread", "median",        "first",           "error_of",
+      "slope",  "reflection_ms", "reflection_ratio"};
   return names;
 }
 
@@ -62,6 +65,10 @@ Call parseCall(const std::string& text) {
     begin = end + 1;
   }
   return call;
+}
+
+bool isRatio(const std::string& name) {
+  return name == "ratio" || name == "reflection_ratio";
 }
 
 /// Functions of a value of each frame.
@@ -190,7 +197,7 @@ double SuiteData::number(const Value& cell) const {
     cell.fail(
         cell.dump() +
         " is not a value; allowed: ms(R), worst_ms(R), first_ms(R), mean_ms(R), step(R, NAME), "
-        "ratio(R, R), error(R, "
+        "ratio(R, R), reflection_ms(R), reflection_ratio(R, R), error(R, "
         "MEASURE), worst(R, MEASURE), mean(R, COUNTER), most(R, COUNTER), per(R, COUNTER, "
         "COUNTER), percent(R, COUNTER, COUNTER), error_of(R, OBJECT), slope(FIGURE, SERIES), and "
         "over the frames median(F, R, ...), first(F, R, ...), spread(F, R, ...) (mean / most) of F "
@@ -239,12 +246,14 @@ double SuiteData::number(const Value& cell) const {
     const double seconds = measurement.seconds(one.index, {Clock::Wall, of, one.amortize});
     return seconds > 0.0 ? 1e3 * seconds : NAN;
   }
+  if (call.name == "reflection_ms")
+    return 1e3 * measurement.seconds(one.index, {Clock::Wall, TimeKind::Of::Reflection});
   if (call.name == "worst_ms") return 1e3 * frameSeconds(measurement.times(one.index)).worst;
   if (call.name == "step") return 1e3 * mean(stepSeconds(one, call.arguments[1]));
   requireTurns(call.arguments[0], call.arguments[1], cell);
   const Entry& base = entry(call.arguments[1], cell);
   if (base.samples == nullptr) return NAN;
-  return ratioOf(one, base).value;
+  return ratioOf(one, base, call.name).value;
 }
 
 /// The value of each frame, of "ms, R" and so on: what spread, median and first take.
@@ -378,11 +387,13 @@ void SuiteData::requireTurns(const std::string& one, const std::string& other, c
 }
 
 /// Measured beside each other, or both beside the run's first setting.
-Ratio SuiteData::ratioOf(const Entry& one, const Entry& other) {
-  const auto against = [](const Entry& entry, const std::string& key) {
+Ratio SuiteData::ratioOf(const Entry& one, const Entry& other, const std::string& function) {
+  const TimeKind time{Clock::Wall, function == "reflection_ratio" ? TimeKind::Of::Reflection
+                                                                  : TimeKind::Of::Steady};
+  const auto against = [&](const Entry& entry, const std::string& key) {
     const Measurement& measurement = entry.samples->measurement;
-    return pairedRatio(measurement.times(entry.index),
-                       measurement.times(*entry.samples->find(key)));
+    return pairedRatio(measurement.times(entry.index, time),
+                       measurement.times(*entry.samples->find(key), time));
   };
   if (one.samples->find(other.setting.key)) return against(one, other.setting.key);
   return quotient(against(one, one.base), against(other, one.base));
@@ -407,11 +418,12 @@ std::string SuiteData::cell(const Value& cell) const {
     if (values.empty()) return "";
     return threeDigits(number(cell)) + " / " + threeDigits(*std::ranges::max_element(values));
   }
-  if (call.name == "ratio") {
+  if (isRatio(call.name)) {
     const Entry& one = entry(call.arguments.at(0), cell);
     const Entry& base = entry(call.arguments.size() > 1 ? call.arguments[1] : "", cell);
     requireTurns(call.arguments.at(0), call.arguments.at(1), cell);
-    if (one.samples != nullptr && base.samples != nullptr) return ratioText(ratioOf(one, base));
+    if (one.samples != nullptr && base.samples != nullptr)
+      return ratioText(ratioOf(one, base, call.name));
   }
   return threeDigits(number(cell));
 }
@@ -472,7 +484,7 @@ std::vector<std::pair<std::string, std::string>> methodsOfCell(const std::string
   const std::size_t first = takesFrames(call.name) ? 1 : 0;
   std::vector<std::pair<std::string, std::string>> methods;
   for (std::size_t i = first; i < call.arguments.size(); ++i) {
-    if (i > first && call.name != "ratio" && call.arguments[0] != "ratio") break;
+    if (i > first && !isRatio(call.name) && call.arguments[0] != "ratio") break;
     const std::string& name = call.arguments[i];
     const std::size_t dot = std::min(name.find('.'), name.size());
     methods.emplace_back(name.substr(0, dot), name.substr(std::min(dot + 1, name.size())));

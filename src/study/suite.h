@@ -80,7 +80,7 @@ class SuiteData {
   const Entry& entry(const std::string& name, const config::Value& cell) const;
   static void requireTurns(const std::string& one, const std::string& other,
                            const config::Value& cell);
-  static Ratio ratioOf(const Entry& one, const Entry& other);
+  static Ratio ratioOf(const Entry& one, const Entry& other, const std::string& function);
   std::vector<double> valuesOf(const std::vector<std::string>& arguments,
                                const config::Value& cell) const;
   double slopeOf(const std::vector<std::string>& arguments, const config::Value& cell) const;
