@@ -319,9 +319,9 @@ Schema methodSchema(const methods::MethodEntry& entry) {
   schema.fields.push_back(fields::object(
       "reflectors",
       "Other methods for some reflective objects: {\"NAME\": \"traced\", \"lamp*\": "
-      "{\"method\": "
-      "\"traced\", \"rays\": 16}}. * at the end of a NAME stands for any text. A full "
-      "name wins over a pattern, a longer pattern over a shorter one.",
+      "{\"method\": \"traced\", \"rays\": 16}}. * at the end of a NAME stands for any text; "
+      "`planar`, `curved` (mirrors) and `glossy` stand for all reflectors of a kind. A full name "
+      "wins over a pattern, a longer pattern over a shorter one, a kind over * alone.",
       &reflectors));
   if (entry.refusesReflectors) {
     std::vector<std::string> allowed = fallbackMethods();

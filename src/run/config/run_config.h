@@ -19,7 +19,7 @@ namespace catoptric::run {
 
 /// A member of an entry's `reflectors`: assigns some reflective objects to a method.
 struct ReflectorRule {
-  std::string pattern;    ///< an object's name; with a trailing *, a prefix of names
+  std::string pattern;    ///< an object's name; with a trailing *, a prefix of names; or a kind
   std::string id;         ///< the method's id in the registry
   config::Value options;  ///< checked against the method's schema
   std::string effective;  ///< canonical JSON of the options, with defaults

@@ -1,10 +1,12 @@
 #include "run/stage/mixed_method.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "core/error.h"
@@ -34,6 +36,15 @@ struct Part {
   std::vector<std::string> tables;   ///< that its method can have
   bool renamesTables = false;        ///< an earlier part has tables of these names
 };
+
+/// A kind of reflectors, as `reflectors` names it.
+struct ReflectorKind {
+  std::string_view name;
+  SampleClass samples;
+};
+constexpr std::array<ReflectorKind, 3> kReflectorKinds = {{{"planar", SampleClass::PlanarMirror},
+                                                           {"curved", SampleClass::CurvedMirror},
+                                                           {"glossy", SampleClass::Glossy}}};
 
 std::string quoted(const std::string& name) {
   return "\"" + name + "\"";
@@ -152,18 +163,18 @@ class Assignment {
   Assignment(const MethodConfig& config, const scene::Scene& scene,
              const std::vector<MethodEntry>& registry)
       : config_(config), scene_(scene), registry_(registry) {
-    const std::vector<SampleClass> classes = methods::findReflectors(scene).classOf;
-    for (std::size_t i = 0; i < scene.objects.size(); ++i)
-      reflective_.push_back(classes[i + 1] != SampleClass::Diffuse);
+    classes_ = methods::findReflectors(scene).classOf;
+    reflective_ = methods::findReflectors(scene).reflects();
     partOf(config.id, config.options, config.effective,
            "reflectors for which no other method is given");
   }
 
   void byNames() {
-    for (const ReflectorRule& rule : config_.reflectors) checkRule(rule);
+    for (const ReflectorRule& rule : config_.reflectors)
+      kindOf(rule.pattern) == SampleClass::Diffuse ? checkName(rule) : checkKind(rule);
     for (std::size_t i = 0; i < reflective_.size(); ++i) {
       if (!reflective_[i]) continue;
-      const ReflectorRule* rule = ruleFor(scene_.objects[i].name);
+      const ReflectorRule* rule = ruleFor(i);
       Part& part = rule == nullptr
                        ? parts_.front()
                        : partOf(rule->id, rule->options, rule->effective, quoted(rule->pattern));
@@ -248,26 +259,47 @@ class Assignment {
     return *found;
   }
 
+  /// The sample class of the kind that a pattern names; Diffuse: it names objects.
+  static SampleClass kindOf(const std::string& pattern) {
+    const auto* const kind = std::ranges::find(kReflectorKinds, pattern, &ReflectorKind::name);
+    return kind == kReflectorKinds.end() ? SampleClass::Diffuse : kind->samples;
+  }
+
   static bool matches(const std::string& pattern, const std::string& name) {
     return pattern.ends_with('*')
                ? name.starts_with(std::string_view(pattern).substr(0, pattern.size() - 1))
                : name == pattern;
   }
 
-  /// A name is stronger than a pattern, a long pattern than a short one.
-  const ReflectorRule* ruleFor(const std::string& name) const {
+  bool applies(const ReflectorRule& rule, std::size_t object) const {
+    const SampleClass kind = kindOf(rule.pattern);
+    return kind == SampleClass::Diffuse ? matches(rule.pattern, scene_.objects[object].name)
+                                        : kind == classes_[object + 1];
+  }
+
+  /// A name is stronger than a pattern, a long pattern than a short one, a kind than "*" alone.
+  const ReflectorRule* ruleFor(std::size_t object) const {
+    const auto strength = [](const ReflectorRule& rule) {
+      if (kindOf(rule.pattern) != SampleClass::Diffuse) return std::pair(1, std::size_t{0});
+      const int rank = !rule.pattern.ends_with('*') ? 3 : rule.pattern.size() > 1 ? 2 : 0;
+      return std::pair(rank, rule.pattern.size());
+    };
     const ReflectorRule* best = nullptr;
-    for (const ReflectorRule& rule : config_.reflectors) {
-      if (!matches(rule.pattern, name)) continue;
-      const auto strength = [](const ReflectorRule& r) {
-        return std::pair(!r.pattern.ends_with('*'), r.pattern.size());
-      };
-      if (best == nullptr || strength(rule) > strength(*best)) best = &rule;
-    }
+    for (const ReflectorRule& rule : config_.reflectors)
+      if (applies(rule, object) && (best == nullptr || strength(rule) > strength(*best)))
+        best = &rule;
     return best;
   }
 
-  void checkRule(const ReflectorRule& rule) const {
+  /// A kind that no reflector has is no error: one entry can serve several scenes.
+  void checkKind(const ReflectorRule& rule) const {
+    if (std::ranges::find(scene_.objects, rule.pattern, &scene::Object::name) !=
+        scene_.objects.end())
+      rule.place.fail(quoted(rule.pattern) + " is both a kind of reflectors and the name of an " +
+                      "object; for the object, write " + quoted(rule.pattern + "*"));
+  }
+
+  void checkName(const ReflectorRule& rule) const {
     std::vector<std::string> names;
     bool any = false;
     for (std::size_t i = 0; i < reflective_.size(); ++i) {
@@ -305,8 +337,9 @@ class Assignment {
   const MethodConfig& config_;
   const scene::Scene& scene_;
   const std::vector<MethodEntry>& registry_;
-  std::vector<bool> reflective_;  ///< by index of objects
-  std::vector<Part> parts_;       ///< the entry's own method first
+  std::vector<SampleClass> classes_;  ///< by object id
+  std::vector<bool> reflective_;      ///< by index of objects
+  std::vector<Part> parts_;           ///< the entry's own method first
 };
 
 }  // namespace

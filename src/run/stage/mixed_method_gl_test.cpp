@@ -145,6 +145,46 @@ TEST(Mixture, OneMethodForAllIsThatMethod) {
   EXPECT_EQ(given.output.counters, traced.output.counters);
 }
 
+TEST(Mixture, KindsOfReflectorsAreWeakerThanNames) {
+  const auto fills = [](const std::string& method, const std::string& rules) {
+    const std::string json = R"({"method": ")" + method + R"(", "reflectors": {)" + rules + "}}";
+    std::vector<std::string> parts;
+    for (const methods::PlanItem& item : methodOf(json, room())->plan(room(), {}).items)
+      if (item.kind == "method") parts.push_back(item.name + " " + item.reason);
+    return parts;
+  };
+  using testing::ElementsAre, testing::StartsWith;
+  EXPECT_THAT(
+      fills("planar", R"("curved": "second_order", "glossy": "glossy_lod")"),
+      ElementsAre(StartsWith("planar fills pane ("), "second_order fills ball mirror (\"curved\")",
+                  "glossy_lod fills ball glossy (\"glossy\")"));
+  EXPECT_THAT(fills("traced", R"("glossy": "glossy_lod", "ball*": "second_order")"),
+              ElementsAre(StartsWith("traced fills pane ("),
+                          "second_order fills ball mirror, ball glossy (\"ball*\")"));
+  EXPECT_THAT(
+      fills("traced", R"("planar": "traced", "*": "environment_map", "glossy": "glossy_lod")"),
+      ElementsAre(StartsWith("traced fills pane ("), "environment_map fills ball mirror (\"*\")",
+                  "glossy_lod fills ball glossy (\"glossy\")"));
+
+  // Each kind's samples are those that its method renders alone
+  const Frame mixed(R"({"method": "traced", "reflectors": {"planar": "environment_map"}})");
+  EXPECT_EQ(mixed.differing(Frame(R"("environment_map")"), kPane).first, 0);
+  EXPECT_EQ(mixed.differing(Frame(R"("traced")"), kMirror).first, 0);
+}
+
+TEST(Mixture, AKindThatIsAlsoAnObjectsNameIsAnError) {
+  scene::Scene scene = room();
+  const std::string config = R"({"method": "traced", "reflectors": {"glossy": "environment_map"}})";
+  EXPECT_NO_THROW(methodOf(config, scene));
+  scene.objects[0].name = "glossy";  // even one that does not reflect
+  EXPECT_THAT([&] { methodOf(config, scene); },
+              testing::ThrowsMessage<UsageError>(
+                  HasSubstr(R"("glossy" is both a kind of reflectors and the name of an object)")));
+  scene.objects[8].name = "glossy ball";
+  EXPECT_NO_THROW(
+      methodOf(R"({"method": "traced", "reflectors": {"glossy*": "environment_map"}})", scene));
+}
+
 TEST(Mixture, CountersAndStepsAreNamedAfterTheirMethod) {
   const Frame mixed(R"({"method": "environment_map", "reflectors": {
       "pane": "second_order", "ball mirror": {"method": "second_order", "bin_density": 2}}})");
