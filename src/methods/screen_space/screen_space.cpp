@@ -26,8 +26,10 @@ namespace screen_space_shared {
 namespace shared = screen_space_shared;
 
 enum class Trace : std::uint8_t { HiZ, Dda };
+enum class Glossy : std::uint8_t { Rays, Cone };
 enum class Fallback : std::uint8_t { EnvironmentMap, Traced, Black };
 constexpr auto kTraces = config::names<Trace>({{"hi_z", Trace::HiZ}, {"dda", Trace::Dda}});
+constexpr auto kGlossy = config::names<Glossy>({{"rays", Glossy::Rays}, {"cone", Glossy::Cone}});
 constexpr auto kFallbacks = config::names<Fallback>({{"environment_map", Fallback::EnvironmentMap},
                                                      {"traced", Fallback::Traced},
                                                      {"black", Fallback::Black}});
@@ -38,6 +40,7 @@ struct Options {
   int stride = 1;
   int maxSteps = 0;
   int rays = 8;
+  Glossy glossy = Glossy::Rays;
   Fallback fallback = Fallback::EnvironmentMap;
   int faceSize = 256;
 };
@@ -60,6 +63,11 @@ const config::OptionTable<Options>& optionTable() {
              "steps of a ray, at most; 0: as many as the frame has samples across and down")
            .trade("64,256,0"),
        field(&Options::rays, "rays", range(1, 256), kRaysHelp).trade("2,4,8,16,32"),
+       field(
+           &Options::glossy, "glossy", kGlossy,
+           "rays of a lobe, or one cone: a ray that sees the mean of the samples within the lobe's "
+           "width")
+           .trade("rays,cone"),
        field(&Options::fallback, "fallback", kFallbacks,
              "what rays see that find nothing: the cube map, black, or, for samples with such a "
              "ray, what is traced"),
@@ -79,8 +87,9 @@ int padded(int samples) {
   return (samples + kCell - 1) / kCell * kCell;
 }
 
-std::uint64_t pyramidBytes(int width, int height) {
-  return 8 * static_cast<std::uint64_t>(padded(width)) *
+/// Of a mip chain with texels of this size.
+std::uint64_t pyramidBytes(int width, int height, std::uint64_t texel) {
+  return texel * static_cast<std::uint64_t>(padded(width)) *
          static_cast<std::uint64_t>(padded(height)) * 4 / 3;
 }
 
@@ -107,8 +116,13 @@ class ScreenSpace : public Method {
          std::to_string(reflectors.count()) +
              " reflective objects: rays are followed over the frame's depths"},
         {"resource", "pyramid", "RG32F by sample, with 6 coarser levels",
-         pyramidBytes(width, height)},
+         pyramidBytes(width, height, 8)},
     };
+    if (cones(reflectors)) plan.items.push_back({"pass", "colours", "asked for: glossy: cone"});
+    if (cones(reflectors))
+      plan.items.push_back({"resource", "colours",
+                            "RGBA32F by sample, with 6 coarser levels: what cones see",
+                            pyramidBytes(width, height, 16)});
     if (options_.fallback == Fallback::EnvironmentMap) {
       const bool again = scene.animated();
       plan.items.push_back({again ? "pass" : "precomputation", "cube_map",
@@ -146,6 +160,14 @@ class ScreenSpace : public Method {
     for (int l = 0; l <= shared::kLastLevel; l += shared::kLevelStep)
       levels_.emplace_back("nearest depths", std::initializer_list<gl::Attachment>{
                                                  {.texture = pyramid_, .level = l}});
+    if (cones(reflectors_)) {
+      colours_ = gl::Texture::make2D("colours of cones", GL_RGBA32F, padded(width), padded(height),
+                                     shared::kLastLevel + 1);
+      colours_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
+      coloursTarget_ = gl::Framebuffer("colours of cones", {{.texture = colours_}});
+      drawColours_ = gl::Program::fullScreen("colours of cones",
+                                             "methods/screen_space/shaders/colours.frag", {});
+    }
     const char* nearest = "methods/screen_space/shaders/pyramid.frag";
     first_ = gl::Program::fullScreen("nearest depths, first", nearest, {{"FIRST", "1"}});
     coarser_ = gl::Program::fullScreen("nearest depths", nearest, {{"FIRST", "0"}});
@@ -181,6 +203,7 @@ class ScreenSpace : public Method {
       if (options_.fallback == Fallback::EnvironmentMap) followCubeMap(input, services);
       services.timer.measure("pyramid",
                              [&] { drawPyramid(gbuffer, input.frame.camera.nearMetres); });
+      if (cones(reflectors_)) services.timer.measure("colours", [&] { drawColours(gbuffer); });
       services.timer.measure("march", [&] {
         march(services, input.frame.camera);
         refractive = refractive_.count(gbuffer);
@@ -197,6 +220,7 @@ class ScreenSpace : public Method {
                      .samples;
     }
     output.counters["samples"] = samples;
+    output.counters["cones"] = cones(reflectors_) ? glossySamples_.read() : 0;
     output.counters["retraced"] = missed;
     output.counters["refraction_mirrored"] = refractive;
     if (options_.fallback == Fallback::EnvironmentMap)
@@ -210,6 +234,10 @@ class ScreenSpace : public Method {
     cubeMap_.follow(input, services, services.geometry.bounds.centre(), options_.faceSize);
   }
 
+  bool cones(const Reflectors& reflectors) const {
+    return options_.glossy == Glossy::Cone && reflectors.glossy;
+  }
+
   gl::Program program(const Services& services, int rays) const {
     std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
     const int fallback = options_.fallback == Fallback::EnvironmentMap ? 1
@@ -217,6 +245,7 @@ class ScreenSpace : public Method {
                                                                        : 0;
     defines.insert(defines.end(), {{"HI_Z", options_.trace == Trace::HiZ ? "1" : "0"},
                                    {"LOBES", std::to_string(rays)},
+                                   {"CONE", rays > 0 && cones(reflectors_) ? "1" : "0"},
                                    {"LOBE_HORIZONS", lobeHorizons_ ? "1" : "0"},
                                    {"MASKS", settings_.masks ? "1" : "0"},
                                    {"FALLBACK", std::to_string(fallback)},
@@ -242,6 +271,16 @@ class ScreenSpace : public Method {
       gl::drawFullScreenTriangle();
       glMemoryBarrier(GL_FRAMEBUFFER_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     }
+  }
+
+  void drawColours(const raster::GBuffer& gbuffer) {
+    const gl::DrawScope scope{gl::DrawState()};
+    coloursTarget_.bind();
+    drawColours_.use();
+    gbuffer.diffuse.bind(0);
+    drawColours_.set("size", glm::ivec2(gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+    gl::drawFullScreenTriangle();
+    colours_.generateMipmaps();
   }
 
   // One full-screen pass per kind of reflector, on its stencil class alone.
@@ -274,6 +313,7 @@ class ScreenSpace : public Method {
       cubeMap_.bind(1);
       cubeMap_.setLevels(program);
     }
+    if (!colours_.empty()) colours_.bind(2);
     const float focal = 0.5f * size.y / std::tan(0.5f * camera.verticalFovRad);
     const Mat3 worldFromCamera(camera.worldFromCamera);
     program.set("size", size);
@@ -300,6 +340,9 @@ class ScreenSpace : public Method {
   CubeMap cubeMap_;
   gl::Texture pyramid_;  ///< reversed depths
   std::vector<gl::Framebuffer> levels_;
+  gl::Texture colours_;  ///< for cones: diffuse radiance, and the share of a texel that is known
+  gl::Framebuffer coloursTarget_;
+  gl::Program drawColours_;
   gl::Program first_;
   gl::Program coarser_;
   gl::Program mirrors_;
@@ -323,12 +366,14 @@ const MethodEntry& screenSpaceEntry() {
       .steps = {{"cube_map", "start, frames",
                  "the cube map is drawn; again after something has moved"},
                 {"pyramid", "frames", "nearest and farthest depths of cells of samples"},
+                {"colours", "frames", "with cones: means of what the frame shows"},
                 {"march", "frames", "rays are followed over the frame's depths"},
                 {"readback", "frames", "samples to be traced are read back"},
                 {"trace", "frames", "rays of samples with a ray that found nothing are traced"},
                 {"resolve", "frames", "rays are generated; hits are shaded"},
                 {"upload", "frames", "traced reflections are uploaded"}},
       .counters = {{"samples", "reflective samples"},
+                   {"cones", "glossy samples with a cone in place of their rays"},
                    {"hits", "rays that hit a surface which the frame shows"},
                    {"sky", "rays that leave the scene over the background"},
                    {"offscreen", "rays that leave the frame"},
@@ -345,7 +390,7 @@ const MethodEntry& screenSpaceEntry() {
                    {"clamped_cube_map", "texels of the cube map above the range of half floats",
                     true, "fallback environment_map"}},
       .tests = {.small = R"({"face_size": 64})",
-                .variants = {R"({"trace": "dda"})", R"({"fallback": "traced"})",
+                .variants = {R"({"trace": "dda"})", R"({"fallback": "traced", "glossy": "cone"})",
                              R"({"fallback": "black"})"}},
       .options = optionTable().schema(),
       .make = [](const config::Value& options) -> std::unique_ptr<Method> {

@@ -132,6 +132,31 @@ TEST(ScreenSpace, LongStepsAreRefined) {
   EXPECT_LT(different, samples / 10);
 }
 
+// Means over the samples of a glossy mirror whose rays, and whose cone, all find something.
+TEST(ScreenSpace, AConeHasTheEnergyOfItsRays) {
+  for (const int stripes : {0, 8}) {
+    const Frame rays =
+        frameOf("screen_space", R"({"fallback": "black", "rays": 64})", 0.2f, stripes);
+    const Frame cone = frameOf(
+        "screen_space", R"({"fallback": "black", "rays": 64, "glossy": "cone"})", 0.2f, stripes);
+    Vec3 ofRays(0.0f);
+    Vec3 ofCones(0.0f);
+    int samples = 0;
+    for (std::size_t i = 0; i < rays.ids.size(); ++i) {
+      if (rays.ids[i] != kMirror || ((rays.masks[i] | cone.masks[i]) & kMisses) != 0) continue;
+      ++samples;
+      ofRays +=
+          Vec3(rays.reflection[4 * i], rays.reflection[4 * i + 1], rays.reflection[4 * i + 2]);
+      ofCones +=
+          Vec3(cone.reflection[4 * i], cone.reflection[4 * i + 1], cone.reflection[4 * i + 2]);
+    }
+    EXPECT_GT(samples, 2000);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(ofCones[c] / ofRays[c], 1.0f, 0.02f) << c;
+    EXPECT_EQ(cone.counters.at("cones"), cone.counters.at("samples"));
+    EXPECT_EQ(rays.counters.at("cones"), 0u);
+  }
+}
+
 TEST(ScreenSpace, EachRayEndsOnceAndItsSampleIsMarked) {
   for (const float roughness : {0.0f, 0.3f}) {
     const Frame frame = frameOf("screen_space", R"({"fallback": "black", "rays": 4})", roughness);

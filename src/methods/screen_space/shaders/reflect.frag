@@ -1,6 +1,7 @@
 // What a sample's reflected rays see of the frame itself.
 //   LOBES          rays of a lobe; 0: one mirror ray
 //   LOBE_HORIZONS  1: rays of lobes are bounded by the G-buffer's lobe horizons, else by normals
+//   CONE           1: instead of a lobe's rays, one that is as wide as the lobe
 //   FALLBACK       0: black; 1: the cube map; 2: rays are traced later
 //   MASKS          1: samples are marked by the ends of their rays
 #include "raster/shaders/lobe.glsl"
@@ -20,6 +21,21 @@ layout(binding = 1) uniform samplerCube cubeMap;
 uniform float levelOffset;  // 0.5 log2(4 / solid angle of a texel of level 0, sr)
 uniform float lastLevel;
 #endif
+#if CONE
+layout(binding = 2) uniform sampler2D colours;  // of what the frame shows, times the share a that it shows
+
+// What the frame shows where a cone of this variance (steradians per axis) meets it.
+vec3 colourAround(vec3 place, ivec2 at, float variance) {
+  float axis = nearMetres / texelFetch(pyramid, at, 0).r;
+  vec2 window = vec2(at) + 0.5;
+  vec3 hit = vec3((window - 0.5 * size) / focal, 1.0) * axis;
+  float samples2 = variance * dot(hit - place, hit - place) * (focal.y * focal.y) / (axis * axis);
+  // A texel of w samples, filtered bilinearly, has the variance w^2 / 4
+  float level = clamp(0.5 * log2(max(4.0 * samples2, 1e-6)), 0.0, float(kLastLevel));
+  vec4 seen = textureLod(colours, window / vec2(textureSize(colours, 0)), level);
+  return seen.rgb / max(seen.a, 1e-6);
+}
+#endif
 uniform mat3 rayFromSample;  // (sample position, 1) to a ray of 1 m along the axis, world space
 
 // Counting would otherwise run the shader before the stencil test
@@ -37,14 +53,19 @@ layout(location = 1 + MASKS) out uint missed;  // 1: a ray found nothing
 const uint kMaskOf[kCounts] = uint[](0u, kMaskSky, kMaskOffscreen, kMaskBehind, kMaskBackface,
                                      kMaskTowardCamera, kMaskSteps, kMaskBelowHorizon);
 
-// What a ray sees; counts its end.
-vec3 seenAlong(vec3 place, vec3 direction, float level, inout uint bits) {
+// What a ray sees, `sky` over the background; counts its end. Variance: of a cone.
+vec3 seenAlong(vec3 place, vec3 direction, vec3 sky, float level, float variance, inout uint bits) {
   uint own = imageLoad(objectSamples, ivec2(gl_FragCoord.xy)).r;
-  March found = march(screenRay(eyeFromWorld * place, eyeFromWorld * direction, direction, own));
+  vec3 fromEye = eyeFromWorld * place;
+  March found = march(screenRay(fromEye, eyeFromWorld * direction, direction, own));
   bits |= kMaskOf[found.end];
   atomicAdd(counts[found.end], 1u);
+#if CONE
+  if (found.end == kHit) return colourAround(fromEye, found.at, variance);
+#else
   if (found.end == kHit) return imageLoad(diffuseSamples, found.at).rgb;
-  if (found.end == kSky) return environmentRadiance(direction);
+#endif
+  if (found.end == kSky) return sky;
 #if FALLBACK == 1
   bits |= kMaskEnvironment;
   return textureLod(cubeMap, direction, level).rgb;
@@ -70,23 +91,38 @@ void main() {
   SampleLobe lobe = sampleLobe(code, normalAndLobe.xyz, incoming, mirror, horizon);
   vec2 shift = lobeShift(at);
   int rays = isMirrorLobe(code) ? 1 : LOBES;
+  float variance = lobeVariance(code, -dot(normalAndLobe.xyz, incoming));
   float level = 0.0;
 #if FALLBACK == 1
-  float variance = lobeVariance(code, -dot(normalAndLobe.xyz, incoming));
-  level = rays == 1 ? 0.0 : clamp(levelOffset + 0.5 * log2(variance / float(rays)), 0.0, lastLevel);
+  float part = CONE == 1 ? variance : variance / float(rays);
+  level = isMirrorLobe(code) ? 0.0 : clamp(levelOffset + 0.5 * log2(part), 0.0, lastLevel);
 #endif
   vec3 sum = vec3(0.0);
+  vec3 middle = vec3(0.0);
+  float weights = 0.0;
   for (int i = 0; i < rays; ++i) {
     float weight = 1.0;
     bool below = false;
     vec3 direction =
         rays == 1 ? mirror : lobeDirection(lobe, i, rays, shift, weight, below);
     bits |= below ? kMaskBelowHorizon : 0u;
-    if (weight > 0.0) sum += weight * seenAlong(place, direction, level, bits);
+    vec3 sky = environmentRadiance(direction);
+#if CONE
+    sum += weight * sky;
+    middle += weight * direction;
+    weights += weight;
+#else
+    if (weight > 0.0) sum += weight * seenAlong(place, direction, sky, level, 0.0, bits);
+#endif
   }
+#if CONE
+  // The cone has the rays' mean direction and weight
+  if (weights > 0.0)
+    sum = weights * seenAlong(place, normalize(middle), sum / weights, level, variance, bits);
+#endif
   reflection = vec4(sum / float(rays), 1.0);
 #else
-  reflection = vec4(seenAlong(place, mirror, 0.0, bits), 1.0);
+  reflection = vec4(seenAlong(place, mirror, environmentRadiance(mirror), 0.0, 0.0, bits), 1.0);
 #endif
   if ((bits & kMaskBelowHorizon) != 0u) atomicAdd(counts[kBelow], 1u);
 #if MASKS
