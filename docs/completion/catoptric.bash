@@ -21,7 +21,7 @@ _catoptric() {
   case $command in
     render) options="--help --frames --camera --environment --asset-path --ground --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --existing --chunk --keep-going --video --ocio --view --no-tables --wait --stop-within --dry-run --progress --repeats --ratio-to --amortize" ;;
     plan) options="--help --frames --camera --environment --asset-path --ground --method --set --device --threads --seed --json --quiet --verbose --shader-dir" ;;
-    info) options="--help --json --quiet --verbose" ;;
+    info) options="--help --environment --asset-path --ground --json --quiet --verbose" ;;
     list) options="--help --schema --markdown --man --completion --json --quiet --verbose" ;;
     doctor) options="--help --json --quiet --verbose" ;;
     merge) options="--help --out --existing --json --quiet --verbose" ;;

@@ -80,6 +80,8 @@ inline constexpr const char* kFramesHelp = "A run's folder, a folder of EXR file
 
 /// The rows of --json, -q and -v.
 Rows commonRows(CommonOptions& common);
+/// The rows of options that change the scene: --environment, --asset-path, --ground.
+Rows sceneRows(RunOptions& options);
 /// The rows of CONFIG|SCENE, --frames, --method, --set, --device, --threads, --seed, --shader-dir,
 /// and the common options.
 Rows runRows(RunOptions& options, CommonOptions& common);

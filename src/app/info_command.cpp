@@ -16,6 +16,7 @@
 #include "run/config/run_config.h"
 #include "run/folder/plan.h"
 #include "run/stage/reflective_share.h"
+#include "run/stage/stage.h"
 #include "scene/animate.h"
 #include "scene/loader.h"
 
@@ -242,10 +243,11 @@ std::string infoText(const std::string& input, const scene::Scene& scene,
   return text + listText("notes", scene.notes) + listText("warnings", scene.warnings);
 }
 
-ExitCode info(const std::string& name, const CommonOptions& common) {
-  const std::string input = listedFile(name, {"scenes"});
+ExitCode info(RunOptions options, const CommonOptions& common) {
+  options.input = listedFile(options.input, {"scenes"});
+  const std::string& input = options.input;
   requireScene(input);
-  const scene::Scene scene = scene::loadScene(input);
+  const scene::Scene scene = run::loadScene(readRun(options));
   // Reads the environment's image: it may be bad.
   static_cast<void>(frame::EnvironmentLight(scene.environment));
   const std::vector<bool> moving = scene::movingObjects(scene);
@@ -256,13 +258,13 @@ ExitCode info(const std::string& name, const CommonOptions& common) {
 }  // namespace
 
 Command infoCommand(CommonOptions& common) {
-  const auto input = std::make_shared<std::string>();
-  return {
-      "info", "Show a scene's triangles, reflectors, textures and memory.",
-      Rows{option("scene", *input, "SCENE", "A scene (.json, .gltf, .glb)", {.required = true})} +
-          commonRows(common),
-      "Example:\n  catoptric info scenes/cornell_box.json\n",
-      [input, &common] { return info(*input, common); }};
+  const auto options = std::make_shared<RunOptions>();
+  return {"info", "Show a scene's triangles, reflectors, textures and memory.",
+          Rows{option("scene", options->input, "SCENE", "A scene (.json, .gltf, .glb)",
+                      {.required = true})} +
+              sceneRows(*options) + commonRows(common),
+          "Example:\n  catoptric info scenes/cornell_box.json\n",
+          [options, &common] { return info(*options, common); }};
 }
 
 }  // namespace catoptric::app

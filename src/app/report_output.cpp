@@ -109,7 +109,8 @@ void writeSheet(const run::RunConfig& run, const FoundRuns& found,
     sheet.title += "; " + name + " failed in " + frames;
   for (const report::TimingTable& timing : found.timings) {
     std::string& caption = sheet.captions[timing.name];
-    caption = "median " + report::fixedText(timing.rendering.median * 1e3, 0) + " ms";
+    caption = (timing.frames == 1 ? "first frame " : "median ") +
+              report::fixedText(timing.rendering.median * 1e3, 0) + " ms";
     for (const report::RunComparison& comparison : comparisons)
       if (comparison.name == timing.name && comparison.reference == run.errorsAgainst.front())
         caption += ", L1_8bit " + report::fixedText(comparison.pooled.l1(), 2) + " against " +

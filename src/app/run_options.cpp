@@ -192,6 +192,22 @@ std::string listedFile(const std::string& name, const std::vector<std::string>& 
   return name;
 }
 
+Rows sceneRows(RunOptions& options) {
+  return {
+      option("--environment", options.environment, "FILE|COLOUR",
+             "Replace the scene's environment light: by an image (.exr, .hdr), a colour "
+             "(#8090a0), a radiance (0.5,0.5,0.5), or sky",
+             {.notEmpty = true}),
+      option("--asset-path", options.assetPaths, "FOLDER",
+             "Look here too for files that the scene names but has not in its folder. "
+             "Repeat the option for several folders",
+             {.oneEach = true}),
+      option("--ground", options.ground, "KIND",
+             "Put a plane below a glTF file, which receives shadows: matte or mirror",
+             {.notEmpty = true}),
+  };
+}
+
 Rows runRows(RunOptions& options, CommonOptions& common) {
   return Rows{
              option("input", options.input, "CONFIG|SCENE",
@@ -207,17 +223,9 @@ Rows runRows(RunOptions& options, CommonOptions& common) {
                     "(all is in view), turntable:48 (48 frames around it), or EYE/TARGET/FOV in "
                     "metres and degrees, such as 2,1,3/0,0.5,0/45",
                     {.notEmpty = true}),
-             option("--environment", options.environment, "FILE|COLOUR",
-                    "Replace the scene's environment light: by an image (.exr, .hdr), a colour "
-                    "(#8090a0), a radiance (0.5,0.5,0.5), or sky",
-                    {.notEmpty = true}),
-             option("--asset-path", options.assetPaths, "FOLDER",
-                    "Look here too for files that the scene names but has not in its folder. "
-                    "Repeat the option for several folders",
-                    {.oneEach = true}),
-             option("--ground", options.ground, "KIND",
-                    "Put a plane below a glTF file, which receives shadows: matte or mirror",
-                    {.notEmpty = true}),
+         } +
+         sceneRows(options) +
+         Rows{
              option("--method", options.methods, "NAME",
                     "Run only these methods, separated by commas: names in the config, or from "
                     "`catoptric list methods` [all of the config]",

@@ -54,7 +54,8 @@ class Planar : public Method {
       const scene::Object& object = scene.objects[i];
       if (object.reflector == 0 || isFlatMirror(scene, object)) continue;
       const bool refracts = scene.materials[object.material].refraction > 0.0f;
-      result.push_back({static_cast<int>(i) + 1, refracts ? "refracts" : "is no flat mirror"});
+      result.push_back(
+          {static_cast<int>(i) + 1, refracts ? "refracts" : "reflects, but is no flat mirror"});
     }
     return result;
   }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <optional>
 #include <set>
+#include <span>
 
 #include "config/json_text.h"
 #include "core/error.h"
@@ -294,6 +295,31 @@ std::string bytesText(std::uint64_t bytes) {
   return fmt::format("{:.{}f} {}", value, unit == 0 ? 0 : 1, kUnits[unit]);
 }
 
+namespace {
+
+/// Appends a line for each of the first objects that method `i` of the run does not support, and
+/// one for all others.
+void appendRefusals(std::vector<std::string>& lines, const RunConfig& run, std::size_t i,
+                    const scene::Scene& scene, const std::vector<methods::Unsupported>& all) {
+  constexpr std::size_t kNamed = 3;
+  const std::string start = run.methods[i].name + " cannot render ";
+  for (const methods::Unsupported& unsupported :
+       std::span(all).first(std::min(all.size(), kNamed))) {
+    const std::size_t index = static_cast<std::size_t>(unsupported.object - 1);
+    const std::string what = unsupported.object > 0 && index < scene.objects.size()
+                                 ? "object " + std::to_string(unsupported.object) + " \"" +
+                                       scene.objects[index].name + "\""
+                                 : "the scene";
+    lines.push_back(start + what + " of " + run.scene.generic_string() + ": " + unsupported.reason +
+                    (unsupported.object > 0 ? "; " + hint(run.methods[i]) : ""));
+  }
+  if (all.size() > kNamed)
+    lines.push_back(start + std::to_string(all.size() - kNamed) +
+                    " other objects either; `catoptric info` lists all reflectors");
+}
+
+}  // namespace
+
 Plan makePlan(const RunConfig& run, const scene::Scene& scene,
               const frame::EnvironmentLight& environment, std::size_t frames,
               const std::vector<std::unique_ptr<methods::Method>>& made) {
@@ -302,16 +328,7 @@ Plan makePlan(const RunConfig& run, const scene::Scene& scene,
   std::vector<std::string> refused;
   std::optional<raster::GBufferSize> gbuffer;
   for (std::size_t i = 0; i < made.size(); ++i) {
-    for (const methods::Unsupported& unsupported : made[i]->unsupported(scene)) {
-      const std::size_t index = static_cast<std::size_t>(unsupported.object - 1);
-      const std::string what = unsupported.object > 0 && index < scene.objects.size()
-                                   ? "object " + std::to_string(unsupported.object) + " \"" +
-                                         scene.objects[index].name + "\""
-                                   : "the scene";
-      refused.push_back(run.methods[i].name + " cannot render " + what + " of " +
-                        run.scene.generic_string() + ": " + unsupported.reason +
-                        (unsupported.object > 0 ? "; " + hint(run.methods[i]) : ""));
-    }
+    appendRefusals(refused, run, i, scene, made[i]->unsupported(scene));
     PlannedMethod method;
     method.name = run.methods[i].name;
     method.id = run.methods[i].id;

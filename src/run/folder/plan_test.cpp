@@ -63,6 +63,16 @@ TEST(Plan, RefusedObjectsAreNamed) {
   }
 }
 
+TEST(Plan, ManyRefusedObjectsAreCounted) {
+  try {
+    planned(std::vector<methods::Unsupported>(5, {2, "it is concave"}), 8);
+    FAIL() << "no error";
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), testing::EndsWith("\nmine cannot render 2 other objects either; "
+                                                "`catoptric info` lists all reflectors"));
+  }
+}
+
 // A method that takes no "unsupported" only refuses what its "reflectors" give to another one.
 TEST(Plan, OptionsThatAMethodHasNotAreNotNamed) {
   try {

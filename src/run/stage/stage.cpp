@@ -81,6 +81,17 @@ constexpr int kMaxFrame = 10'000'000;  ///< of any path
 
 }  // namespace
 
+scene::Scene loadScene(const RunConfig& run) {
+  try {
+    scene::LoadLimits limits = scene::limitsOfEnvironment();
+    limits.showMissingTextures = run.showMissingTextures;
+    limits.assetFolders = run.assetFolders;
+    return scene::loadScene(run.scene, limits, run.environment, run.ground);
+  } catch (const UsageError& error) {  // of its description
+    throw SceneError(error.what());
+  }
+}
+
 Stage::Stage(const RunConfig& run) : run_(run) {
   const InputFiles::Recording recording(run_.inputs);
   // Wrong names, frames and files are noticed before anything large is loaded
@@ -93,16 +104,7 @@ Stage::Stage(const RunConfig& run) : run_(run) {
   requireFile(run_.preview.ocio, run_.preview.ocioReference, ExitCode::Usage);
   if (!run_.preview.view.empty() || !run_.preview.ocio.empty())
     image::viewFingerprint(run_.preview.shown());
-  scene_ = timer_.measure("scene", [&] {
-    try {
-      scene::LoadLimits limits = scene::limitsOfEnvironment();
-      limits.showMissingTextures = run_.showMissingTextures;
-      limits.assetFolders = run_.assetFolders;
-      return scene::loadScene(run_.scene, limits, run_.environment, run_.ground);
-    } catch (const UsageError& error) {  // of its description
-      throw SceneError(error.what());
-    }
-  });
+  scene_ = timer_.measure("scene", [&] { return loadScene(run_); });
   for (const std::string& warning : scene_.warnings) log::warning(warning);
   timer_.measure("path", [&] {
     try {
@@ -117,7 +119,13 @@ Stage::Stage(const RunConfig& run) : run_(run) {
   if (run_.frames.empty()) {
     for (int number = 1; number <= path_->count(); ++number) frames_.push_back(number);
   } else {
-    frames_ = scene::parseFrames(run_.frames, path_->count());
+    try {
+      frames_ = scene::parseFrames(run_.frames, path_->count());
+    } catch (const UsageError& error) {
+      if (!run_.path.empty() || path_->count() > 1) throw;
+      throw UsageError(std::string(error.what()) +
+                       "; nothing moves; --camera turntable:48 turns around the scene");
+    }
   }
   sayDefaults(run_, scene_, frames_.size());
   const std::vector<bool> moving = scene::movingObjects(scene_);

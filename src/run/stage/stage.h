@@ -26,6 +26,9 @@ struct Stopped : std::exception {
   const char* what() const noexcept override { return "the run was asked to stop"; }
 };
 
+/// The scene of a run config. Throws SceneError with file and place.
+scene::Scene loadScene(const RunConfig& run);
+
 class Stage {
  public:
   /// Loads the scene, its environment and the path. Throws SceneError, UsageError.
