@@ -54,7 +54,9 @@ std::filesystem::path frameOf(const report::RunData& run, int number) {
   throw UsageError(run.folder.string() + ": it has no frame " + std::to_string(number) +
                    "; it has " + std::to_string(run.frames.size()) + " frames from " +
                    std::to_string(run.frames.begin()->first) + " to " +
-                   std::to_string(run.frames.rbegin()->first));
+                   std::to_string(run.frames.rbegin()->first) +
+                   ". Frames of different numbers are put side by side as files: " +
+                   run.frames.begin()->second.string());
 }
 
 /// The rows of a frame: the runs side by side, and below them their differences.

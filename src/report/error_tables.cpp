@@ -28,13 +28,15 @@ double percent(double part, double whole) {
 }
 
 /// Which columns the tables have: those of layers that no frame has are left out.
-struct TruthColumns {
+struct LayerColumns {
   bool standardError = false;
+  bool reflective = false;
   bool oneBounce = false;
 
-  explicit TruthColumns(std::span<const RunComparison> comparisons) {
+  explicit LayerColumns(std::span<const RunComparison> comparisons) {
     for (const RunComparison& c : comparisons) {
       standardError = standardError || c.pooled.hasStandardError;
+      reflective = reflective || c.pooled.hasReflective;
       oneBounce = oneBounce || c.pooled.hasOneBounce;
     }
   }
@@ -42,14 +44,14 @@ struct TruthColumns {
 
 /// Columns of the tables, after their first ones: the names of the CSV files, of JSON and of
 /// bounds.
-void appendMeasureColumns(std::vector<Column>& columns, const TruthColumns& truth) {
+void appendMeasureColumns(std::vector<Column>& columns, const LayerColumns& layers) {
   const auto add = [&](bool detail, std::initializer_list<const char*> names) {
     for (const char* name : names) columns.push_back({name, true, detail});
   };
   add(false, {"L1_8bit"});
-  if (truth.standardError) add(true, {"standard_error"});
-  add(true, {"L1_8bit_reflective", "L1_8bit_elsewhere"});
-  if (truth.oneBounce) add(true, {"L1_8bit_one_bounce", "L1_8bit_bounces"});
+  if (layers.standardError) add(true, {"standard_error"});
+  if (layers.reflective) add(true, {"L1_8bit_reflective", "L1_8bit_elsewhere"});
+  if (layers.oneBounce) add(true, {"L1_8bit_one_bounce", "L1_8bit_bounces"});
   add(false, {"max_8bit"});
   add(true, {"mae", "rmse", "relmse", "psnr", "ssim"});
   add(false, {"flip_mean"});
@@ -58,15 +60,17 @@ void appendMeasureColumns(std::vector<Column>& columns, const TruthColumns& trut
 
 /// Measures of a row of the tables, after its first cells.
 void appendMeasures(std::vector<std::string>& cells, const ImageError& e,
-                    const TruthColumns& truth) {
+                    const LayerColumns& layers) {
   const auto add = [&](bool known, double value, int decimals) {
     cells.push_back(known ? fixedText(value, decimals) : "");
   };
   add(true, e.l1(), 3);
-  if (truth.standardError) add(e.hasStandardError, e.standardError(), 3);
-  add(e.hasReflective, e.l1Reflective(), 3);
-  add(e.hasReflective, e.elsewhere.l1(), 3);
-  if (truth.oneBounce) {
+  if (layers.standardError) add(e.hasStandardError, e.standardError(), 3);
+  if (layers.reflective) {
+    add(e.hasReflective, e.l1Reflective(), 3);
+    add(e.hasReflective, e.elsewhere.l1(), 3);
+  }
+  if (layers.oneBounce) {
     add(e.hasOneBounce, e.l1OneBounce(), 3);
     add(e.hasOneBounce, e.l1Bounces(), 3);
   }
@@ -82,17 +86,19 @@ void appendMeasures(std::vector<std::string>& cells, const ImageError& e,
 }
 
 /// What the columns mean.
-void appendMeaning(Table& table, const TruthColumns& truth) {
+void appendMeaning(Table& table, const LayerColumns& layers) {
   table.notes.emplace_back(
-      "L1_8bit, max_8bit: display steps, 0..255; _reflective: over reflective pixels; _elsewhere: "
-      "over the others, which no method of reflections changes (antialiasing, refraction); mae, "
-      "rmse, relmse, psnr (dB, peak 1), ssim (luminance): scene-linear; over_percent: pixels "
-      "beyond "
-      "the threshold; flip_mean, hdr_flip_mean: 0..1.");
-  if (truth.standardError)
+      "L1_8bit, max_8bit: display steps, 0..255; mae, rmse, relmse, psnr (dB, peak 1), ssim "
+      "(luminance): scene-linear; over_percent: pixels beyond the threshold; flip_mean, "
+      "hdr_flip_mean: 0..1.");
+  if (layers.reflective)
+    table.notes.emplace_back(
+        "_reflective: over reflective pixels; _elsewhere: over the others, which no method of "
+        "reflections changes (antialiasing, refraction).");
+  if (layers.standardError)
     table.notes.emplace_back(
         "standard_error: the reference's own expected L1_8bit. Lower errors cannot be told apart.");
-  if (truth.oneBounce)
+  if (layers.oneBounce)
     table.notes.emplace_back(
         "L1_8bit_bounces: what bounces after the first change in the reference. "
         "L1_8bit_one_bounce: against the reference's picture with one bounce.");
@@ -138,8 +144,8 @@ void appendBlack(Table& table, const std::string& name, const RunComparison& c) 
 /// Why columns are empty.
 void appendNoReflective(Table& table, const std::string& name, const ImageError& e) {
   if (e.hasReflective) return;
-  table.notes.push_back("L1_8bit_reflective of " + name +
-                        " is empty: no frame has a layer that marks reflective pixels. Render with "
+  table.notes.push_back("No L1_8bit_reflective of " + name +
+                        ": no frame has a layer that marks reflective pixels. Render with "
                         "image.masks=true, or with \"s\" in image.layers.");
 }
 
@@ -273,19 +279,19 @@ std::string csvFlip(double mean, double max, const FlipPool* pool) {
 Table errorView(const RunComparison& comparison) {
   Table table;
   table.title = comparison.name + " against " + comparison.reference;
-  const TruthColumns truth(std::span(&comparison, 1));
+  const LayerColumns layers(std::span(&comparison, 1));
   table.columns = {{"frame", true}};
-  appendMeasureColumns(table.columns, truth);
+  appendMeasureColumns(table.columns, layers);
   table.columns.push_back({"max_8bit at x,y", true});
   for (const auto& [number, e] : comparison.frames) {
     std::vector<std::string> cells{std::to_string(number)};
-    appendMeasures(cells, e, truth);
+    appendMeasures(cells, e, layers);
     cells.push_back(place(e));
     table.rows.push_back(cells);
   }
   table.rows.emplace_back();
   std::vector<std::string> cells{"all"};
-  appendMeasures(cells, comparison.pooled, truth);
+  appendMeasures(cells, comparison.pooled, layers);
   const std::string worst = place(comparison.pooled);
   cells.push_back(
       worst.empty() ? "" : worst + " in frame " + std::to_string(comparison.pooled.max8Frame));
@@ -295,7 +301,7 @@ Table errorView(const RunComparison& comparison) {
   appendNoReflective(table, comparison.name, comparison.pooled);
   appendMissing(table, comparison);
   appendWithin(table, comparison);
-  appendMeaning(table, truth);
+  appendMeaning(table, layers);
   return table;
 }
 
@@ -347,9 +353,9 @@ Table attributionView(const RunComparison& comparison) {
 Table errorSummary(std::span<const RunComparison> comparisons,
                    std::span<const TimingTable> timings) {
   Table table;
-  const TruthColumns truth(comparisons);
+  const LayerColumns layers(comparisons);
   table.columns = {{"method", false}, {"against", false}, {"frames", true}};
-  appendMeasureColumns(table.columns, truth);
+  appendMeasureColumns(table.columns, layers);
   if (!timings.empty()) table.columns.push_back({"median ms", true});
   const auto medianOf = [&](const std::string& name) {
     for (const TimingTable& timing : timings)
@@ -358,7 +364,7 @@ Table errorSummary(std::span<const RunComparison> comparisons,
   };
   for (const RunComparison& c : comparisons) {
     std::vector<std::string> cells{c.name, c.reference, std::to_string(c.frames.size())};
-    appendMeasures(cells, c.pooled, truth);
+    appendMeasures(cells, c.pooled, layers);
     if (!timings.empty()) {
       const double time = medianOf(c.name);
       cells.push_back(time > 0.0 ? fixedText(time * 1e3, 2) : "");
@@ -370,7 +376,7 @@ Table errorSummary(std::span<const RunComparison> comparisons,
     appendMissing(table, c);
     appendWithin(table, c);
   }
-  appendMeaning(table, truth);
+  appendMeaning(table, layers);
   return table;
 }
 
