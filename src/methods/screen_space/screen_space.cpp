@@ -11,6 +11,7 @@
 #include "config/options.h"
 #include "gl/query.h"
 #include "gl/shader.h"
+#include "methods/screen_space/disocclusions.h"
 #include "methods/shared/cube_map.h"
 #include "methods/shared/reflectors.h"
 #include "methods/shared/shared_options.h"
@@ -105,6 +106,7 @@ class ScreenSpace : public Method {
                  raster::kMaskBelowHorizon;
     if (options_.fallback == Fallback::EnvironmentMap) plan.masks |= raster::kMaskEnvironment;
     if (options_.fallback == Fallback::Traced) plan.masks |= raster::kMaskRetraced;
+    if (settings.countDisocclusions) plan.masks |= raster::kMaskDisoccluded;
     const Reflectors reflectors = findReflectors(scene, settings.reflectors);
     if (!reflectors.any()) return plan;
     const int width = settings.width * settings.samples;
@@ -142,6 +144,13 @@ class ScreenSpace : public Method {
            {"pass", "trace", "their rays"},
            {"pass", "resolve", "their rays are made, hits shaded"},
            {"pass", "upload", "their radiance"}});
+    }
+    if (settings.countDisocclusions) {
+      plan.trace = true;
+      plan.items.push_back({"pass", "disocclusions", "asked for: count_disocclusions"});
+      plan.items.push_back({"resource", "ends of rays",
+                            "R32UI by sample, and what is read back to be compared with Embree's",
+                            samples * (4 + 4 + 16 + 4 + 4)});
     }
     return plan;
   }
@@ -181,6 +190,10 @@ class ScreenSpace : public Method {
       targets.push_back({.texture = missed_});
     }
     target_ = gl::Framebuffer("screen space", targets, {.texture = gbuffer.depth});
+    if (settings.countDisocclusions) {
+      ends_ = gl::Texture::make2D("ends of rays", GL_R32UI, width, height);
+      endsTarget_ = gl::Framebuffer("ends of rays", {{.texture = ends_}});
+    }
     counts_ = gl::Buffer("ends of rays", shared::kCounts * sizeof(std::uint32_t));
     if (options_.fallback == Fallback::EnvironmentMap && !services.scene.animated())
       followCubeMap({}, services);
@@ -219,6 +232,15 @@ class ScreenSpace : public Method {
                               input.frame.camera, services, bands_)
                      .samples;
     }
+    if (settings_.countDisocclusions) {
+      screen_space::Disocclusions counted;
+      if (reflectors_.any())
+        services.timer.measure("disocclusions",
+                               [&] { counted = countDisocclusions(services, input.frame.camera); });
+      output.counters["disoccluded"] = counted.disoccluded;
+      output.counters["missed_hit"] = counted.missedHits;
+      output.counters["wrong_hit"] = counted.wrongHits;
+    }
     output.counters["samples"] = samples;
     output.counters["cones"] = cones(reflectors_) ? glossySamples_.read() : 0;
     output.counters["retraced"] = missed;
@@ -246,6 +268,7 @@ class ScreenSpace : public Method {
     defines.insert(defines.end(), {{"HI_Z", options_.trace == Trace::HiZ ? "1" : "0"},
                                    {"LOBES", std::to_string(rays)},
                                    {"CONE", rays > 0 && cones(reflectors_) ? "1" : "0"},
+                                   {"FOUND", settings_.countDisocclusions ? "1" : "0"},
                                    {"LOBE_HORIZONS", lobeHorizons_ ? "1" : "0"},
                                    {"MASKS", settings_.masks ? "1" : "0"},
                                    {"FALLBACK", std::to_string(fallback)},
@@ -283,9 +306,24 @@ class ScreenSpace : public Method {
     colours_.generateMipmaps();
   }
 
+  screen_space::Disocclusions countDisocclusions(Services& services,
+                                                 const scene::Camera& camera) const {
+    raster::GBuffer& gbuffer = *services.gbuffer;
+    raster::GBufferCopy copy;
+    raster::readBack(gbuffer, false, copy);
+    glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
+    std::vector<std::uint16_t> masks;
+    if (settings_.masks) masks = raster::readMasks(gbuffer.masks);
+    const screen_space::Disocclusions counted = screen_space::findDisocclusions(
+        copy, camera, raster::readIds(ends_), *services.trace, masks);
+    if (settings_.masks) raster::writeMasks(gbuffer.masks, masks);
+    return counted;
+  }
+
   // One full-screen pass per kind of reflector, on its stencil class alone.
   void march(Services& services, const scene::Camera& camera) {
     if (options_.fallback == Fallback::Traced) target_.clearColorUint(settings_.masks ? 2 : 1, 0);
+    if (settings_.countDisocclusions) endsTarget_.clearColorUint(0, 0);
     const std::array<std::uint32_t, shared::kCounts> zeros{};
     counts_.write(0, sizeof zeros, zeros.data());
     counts_.bindStorage(0);
@@ -309,6 +347,7 @@ class ScreenSpace : public Method {
     gbuffer.diffuse.bindImage(2, GL_READ_ONLY);
     if (lobeHorizons_) gbuffer.lobeHorizon.bindImage(3, GL_READ_ONLY);
     gbuffer.object.bindImage(4, GL_READ_ONLY);
+    if (settings_.countDisocclusions) ends_.bindImage(5, GL_WRITE_ONLY);
     if (options_.fallback == Fallback::EnvironmentMap) {
       cubeMap_.bind(1);
       cubeMap_.setLevels(program);
@@ -348,6 +387,8 @@ class ScreenSpace : public Method {
   gl::Program mirrors_;
   gl::Program glossy_;
   gl::Texture missed_;  ///< R8UI: whether a ray of the sample found nothing
+  gl::Texture ends_;    ///< R32UI: with count_disocclusions, how a sample's single ray ended
+  gl::Framebuffer endsTarget_;
   gl::Framebuffer target_;
   gl::Buffer counts_;
   gl::FragmentCounter mirrorSamples_;
@@ -371,7 +412,10 @@ const MethodEntry& screenSpaceEntry() {
                 {"readback", "frames", "samples to be traced are read back"},
                 {"trace", "frames", "rays of samples with a ray that found nothing are traced"},
                 {"resolve", "frames", "rays are generated; hits are shaded"},
-                {"upload", "frames", "traced reflections are uploaded"}},
+                {"upload", "frames", "traced reflections are uploaded"},
+                {"disocclusions", "frames",
+                 "with image.count_disocclusions: Embree checks the rays of mirrors",
+                 StepKind::Check}},
       .counters = {{"samples", "reflective samples"},
                    {"cones", "glossy samples with a cone in place of their rays"},
                    {"hits", "rays that hit a surface which the frame shows"},
@@ -385,6 +429,12 @@ const MethodEntry& screenSpaceEntry() {
                     "samples whose normal was corrected, or with a ray that would enter the "
                     "surface"},
                    {"retraced", "samples that were traced"},
+                   {"disoccluded", "rays of mirrors that found nothing although a surface is there",
+                    false, "image.count_disocclusions"},
+                   {"missed_hit", "of `disoccluded`: the frame shows that surface", false,
+                    "image.count_disocclusions"},
+                   {"wrong_hit", "rays of mirrors with a hit on a wrong surface, or where none is",
+                    false, "image.count_disocclusions"},
                    {"refraction_mirrored",
                     "samples of refractive materials, which are mirrored instead"},
                    {"clamped_cube_map", "texels of the cube map above the range of half floats",

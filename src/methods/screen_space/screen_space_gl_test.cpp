@@ -193,6 +193,43 @@ TEST(ScreenSpace, ASampleWithAMissIsTracedAsByTraced) {
   }
 }
 
+// Embree's rays are those of `traced`: what they do not object to looks the same.
+TEST(ScreenSpace, EmbreeTellsWhichHitsAreWrong) {
+  const Frame traced = frameOf("traced", "{}");
+  std::uint64_t missedHits[2] = {};
+  for (const bool thin : {false, true}) {
+    RunSettings settings = test::framesOf(kWidth, kHeight, 1, true);
+    settings.countDisocclusions = true;
+    test::GlStage stage(hall(), settings);
+    const Counters counters = test::GlMethod(stage, screenSpaceEntry(),
+                                             thin ? R"({"fallback": "black", "thickness": 0})"
+                                                  : R"({"fallback": "black"})")
+                                  .render(camera())
+                                  .counters;
+    Frame frame;
+    frame.reflection = raster::readRgba(stage.gbuffer.reflection);
+    const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
+    const std::vector<std::uint16_t> masks = raster::readMasks(stage.gbuffer.masks);
+    std::uint64_t marked = 0;
+    std::uint64_t missed = 0;
+    std::uint64_t unlike = 0;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      const bool objected = (masks[i] & raster::kMaskDisoccluded) != 0;
+      marked += objected ? 1 : 0;
+      missed += objected && (masks[i] & (kMisses | raster::kMaskSky)) != 0 ? 1 : 0;
+      if (ids[i] == kMirror && !objected && (masks[i] & kMisses) == 0)
+        unlike += differenceAt(frame, traced, i) > 0.02f ? 1 : 0;
+    }
+    missedHits[thin ? 1 : 0] = counters.at("missed_hit");
+    EXPECT_EQ(marked, counters.at("disoccluded") + counters.at("wrong_hit"));
+    EXPECT_EQ(missed, counters.at("disoccluded"));
+    EXPECT_GT(missed, 100u);
+    EXPECT_LT(unlike, 30u);
+  }
+  EXPECT_EQ(missedHits[0], 0u);
+  EXPECT_GT(missedHits[1], 100u);
+}
+
 // A ray that grazes behind the pillar hits it if the pillar is taken to be thick.
 TEST(ScreenSpace, ThicknessDecidesWhatPassesBehind) {
   const Frame thin = frameOf("screen_space", R"({"thickness": 0})");

@@ -57,7 +57,8 @@ const OptionTable<RunConfig>& imageTable() {
              "Layers mask.*: how much of a pixel is glossy, re-traced, disoccluded, ... "
              "(docs/outputs.md)."),
        field(in(&RunConfig::image, &RunSettings::countDisocclusions), "count_disocclusions",
-             "second_order, perturbation: also trace each reflection, and count disocclusions "
+             "second_order, perturbation, screen_space: also trace each reflection, and count "
+             "disocclusions "
              "(mask.disoccluded); slow."),
        field(in(&RunConfig::image, &RunSettings::fresnelSchlick), "fresnel",
              "Weight reflections by Schlick's Fresnel term with F0 = s, instead of s."),

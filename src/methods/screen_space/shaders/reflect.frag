@@ -2,6 +2,7 @@
 //   LOBES          rays of a lobe; 0: one mirror ray
 //   LOBE_HORIZONS  1: rays of lobes are bounded by the G-buffer's lobe horizons, else by normals
 //   CONE           1: instead of a lobe's rays, one that is as wide as the lobe
+//   FOUND          1: samples with a single ray store its end, and where it hit
 //   FALLBACK       0: black; 1: the cube map; 2: rays are traced later
 //   MASKS          1: samples are marked by the ends of their rays
 #include "raster/shaders/lobe.glsl"
@@ -15,6 +16,9 @@
 layout(binding = 2, rgba32f) readonly uniform image2D diffuseSamples;
 #if LOBES && LOBE_HORIZONS
 layout(binding = 3, r32ui) readonly uniform uimage2D lobeHorizons;
+#endif
+#if FOUND
+layout(binding = 5, r32ui) writeonly uniform uimage2D endSamples;
 #endif
 #if FALLBACK == 1
 layout(binding = 1) uniform samplerCube cubeMap;
@@ -60,6 +64,10 @@ vec3 seenAlong(vec3 place, vec3 direction, vec3 sky, float level, float variance
   March found = march(screenRay(fromEye, eyeFromWorld * direction, direction, own));
   bits |= kMaskOf[found.end];
   atomicAdd(counts[found.end], 1u);
+#if FOUND
+  uint where = found.end == kHit ? uint(found.at.x) << 4 | uint(found.at.y) << 18 : 0u;
+  imageStore(endSamples, ivec2(gl_FragCoord.xy), uvec4(uint(found.end) + 1u | where));
+#endif
 #if CONE
   if (found.end == kHit) return colourAround(fromEye, found.at, variance);
 #else
@@ -121,6 +129,9 @@ void main() {
     sum = weights * seenAlong(place, normalize(middle), sum / weights, level, variance, bits);
 #endif
   reflection = vec4(sum / float(rays), 1.0);
+#if FOUND
+  if (rays > 1) imageStore(endSamples, at, uvec4(0u));
+#endif
 #else
   reflection = vec4(seenAlong(place, mirror, environmentRadiance(mirror), 0.0, 0.0, bits), 1.0);
 #endif
