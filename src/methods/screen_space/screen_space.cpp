@@ -50,24 +50,20 @@ const config::OptionTable<Options>& optionTable() {
   using config::atLeast, config::field, config::range;
   static const config::OptionTable<Options> table(
       "screen_space", "Options of the method screen_space.",
-      {field(&Options::trace, "trace", kTraces,
-             "how a ray is followed. hi_z: over cells of up to 64 x 64 samples by their bounds of "
-             "depth; dda: from sample to sample"),
+      {field(
+           &Options::trace, "trace", kTraces,
+           "how a ray is followed. hi_z: over cells of up to 64 x 64 samples; dda: from sample to "
+           "sample"),
        field(&Options::thickness, "thickness", atLeast(0.0),
              "metres behind a surface within which a ray hits it")
            .trade("0.02,0.1,0.5"),
-       field(&Options::stride, "stride", range(1, 64),
-             "samples along its longer axis that a step of dda takes; a binary search finds the "
-             "place within it")
+       field(&Options::stride, "stride", range(1, 64), "samples that a step of dda takes")
            .trade("1,2,4"),
        field(&Options::maxSteps, "max_steps", range(0, 65536),
-             "steps of a ray, at most; 0: as many as the frame has samples across and down")
+             "most steps of a ray; 0: the frame's width plus height, in samples")
            .trade("64,256,0"),
        field(&Options::rays, "rays", range(1, 256), kRaysHelp).trade("2,4,8,16,32"),
-       field(
-           &Options::glossy, "glossy", kGlossy,
-           "rays of a lobe, or one cone: a ray that sees the mean of the samples within the lobe's "
-           "width")
+       field(&Options::glossy, "glossy", kGlossy, "a lobe's rays, or one ray as wide")
            .trade("rays,cone"),
        field(&Options::fallback, "fallback", kFallbacks,
              "what rays see that find nothing: the cube map, black, or, for samples with such a "
