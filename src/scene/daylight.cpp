@@ -44,10 +44,11 @@ constexpr float kGroundGap = 1e-3f;
 constexpr float kGroundAlbedo = 0.5f;
 constexpr float kMirrorLevel = 0.5f;
 
-/// A triangle in world space.
+/// A triangle of a mesh, scaled as its objects are.
 struct Extent {
   double area = 0.0;
   double longest = 0.0;  ///< edge
+  double objects = 0.0;  ///< that have it
 };
 
 /// About as many triangles as are added if no edge stays longer than `longest`.
@@ -55,9 +56,9 @@ double trianglesAdded(const std::vector<Extent>& triangles, double longest) {
   double added = 0.0;
   for (const Extent& t : triangles) {
     if (t.longest <= longest) continue;
-    added += std::max(kTrianglesPerArea * t.area / (longest * longest),
-                      kTrianglesPerLength * t.longest / longest) -
-             1.0;
+    added += t.objects * (std::max(kTrianglesPerArea * t.area / (longest * longest),
+                                   kTrianglesPerLength * t.longest / longest) -
+                          1.0);
   }
   return added;
 }
@@ -65,27 +66,37 @@ double trianglesAdded(const std::vector<Extent>& triangles, double longest) {
 /// Halves long edges, so that vertices resolve shadows.
 void refineMeshes(Scene& scene) {
   const Pose pose = poseAt(scene, 0.0);
-  std::vector<float> scales(scene.meshes.size(), 0.0f);
-  std::vector<Extent> triangles;
+  struct Use {
+    Vec3 scale{0.0f};  ///< along the mesh's axes, the largest of its objects
+    double objects = 0.0;
+  };
+  std::vector<Use> uses(scene.meshes.size());
   for (const Object& object : scene.objects) {
     const Mat3 linear(worldFromObject(scene, object, pose));
-    float& scale = scales[index(object.mesh)];
-    for (int axis = 0; axis < 3; ++axis) scale = std::max(scale, glm::length(linear[axis]));
-    const std::vector<Vec3> world = worldVertices(scene, object, pose).positions;
-    const std::vector<std::uint32_t>& indices = scene.meshes[index(object.mesh)].indices;
-    for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
-      const glm::dvec3 a(world[indices[i]]);
-      const glm::dvec3 ab = glm::dvec3(world[indices[i + 1]]) - a;
-      const glm::dvec3 ac = glm::dvec3(world[indices[i + 2]]) - a;
+    Use& use = uses[index(object.mesh)];
+    for (int axis = 0; axis < 3; ++axis)
+      use.scale[axis] = std::max(use.scale[axis], glm::length(linear[axis]));
+    ++use.objects;
+  }
+  std::vector<Extent> triangles;
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    const Mesh& mesh = scene.meshes[m];
+    const auto place = [&](std::size_t i) {
+      return glm::dvec3(uses[m].scale * mesh.positions[mesh.indices[i]]);
+    };
+    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+      const glm::dvec3 ab = place(i + 1) - place(i);
+      const glm::dvec3 ac = place(i + 2) - place(i);
       triangles.push_back({0.5 * glm::length(glm::cross(ab, ac)),
-                           std::max({glm::length(ab), glm::length(ac), glm::length(ac - ab)})});
+                           std::max({glm::length(ab), glm::length(ac), glm::length(ac - ab)}),
+                           uses[m].objects});
     }
   }
   double longest = kLongestEdge * static_cast<double>(boundsAtStart(scene).diameter());
   if (!(longest > 0.0) || !std::isfinite(longest)) return;
   while (trianglesAdded(triangles, longest) > kMostAdded) longest *= 1.25;
   for (std::size_t m = 0; m < scene.meshes.size(); ++m)
-    if (scales[m] > 0.0f) subdivide(scene.meshes[m], static_cast<float>(longest) / scales[m]);
+    subdivide(scene.meshes[m], uses[m].scale, static_cast<float>(longest));
 }
 
 void bakeAll(Scene& scene) {

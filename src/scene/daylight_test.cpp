@@ -41,7 +41,7 @@ TEST(Subdivide, LeavesNoLongEdgeAndNoGap) {
   BoxShape shape;
   shape.size = Vec3(1.0f, 0.3f, 2.7f);
   Mesh mesh = makeBox(shape, UvMode::Unit);
-  subdivide(mesh, 0.25f);
+  subdivide(mesh, Vec3(1.0f), 0.25f);
   EXPECT_NEAR(volumeOf(mesh), 0.81, 1e-6);
   std::map<std::pair<Place, Place>, int> edges;
   for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
@@ -62,11 +62,39 @@ TEST(Subdivide, LeavesNoLongEdgeAndNoGap) {
 TEST(Subdivide, LeavesFineAndDeformingMeshesAlone) {
   Mesh mesh = makePlane(Vec2(1.0f), glm::ivec2(4), UvMode::Unit);
   const std::vector<std::uint32_t> indices = mesh.indices;
-  subdivide(mesh, 0.4f);
+  subdivide(mesh, Vec3(1.0f), 0.4f);
   EXPECT_EQ(mesh.indices, indices);
   mesh.morphTargets.emplace_back();
-  subdivide(mesh, 0.1f);
+  subdivide(mesh, Vec3(1.0f), 0.1f);
   EXPECT_EQ(mesh.indices, indices);
+}
+
+TEST_F(Gltf, DaylightAddsABoundedNumberOfTriangles) {
+  const std::size_t most = 200'000;
+  // A mesh of 1e5 metres that a node makes as wide as it is high
+  w = {};
+  std::vector<float> places;
+  std::vector<std::uint16_t> corners;
+  for (std::uint16_t i = 0; i <= 100; ++i) {
+    const float y = static_cast<float>(i) / 100.0f;
+    places.insert(places.end(), {0, y, 0, 1e5f, y, 0});
+    const auto a = static_cast<std::uint16_t>(2 * i);
+    if (i == 100) break;
+    for (const int next : {0, 1, 2, 1, 3, 2})
+      corners.push_back(static_cast<std::uint16_t>(a + next));
+  }
+  w.floats(places, "VEC3");
+  w.indices(corners);
+  w.add("meshes", R"({"primitives":[{"attributes":{"POSITION":0},"indices":1}]})");
+  w.add("nodes", R"({"mesh":0,"scale":[1e-5,1,1]})");
+  EXPECT_GT(loadScene(w.gltf(folder)).triangleCount(), 1000u);
+  EXPECT_LT(loadScene(w.gltf(folder)).triangleCount(), most);
+  // One large copy of a triangle among many that are small
+  w = triangleFile();
+  w.arrays.erase("scenes");
+  for (int i = 0; i < 2000; ++i) w.add("nodes", R"({"mesh":0,"scale":[0.01,0.01,0.01]})");
+  EXPECT_GT(loadScene(w.gltf(folder)).triangleCount(), 4000u);
+  EXPECT_LT(loadScene(w.gltf(folder)).triangleCount(), most);
 }
 
 TEST_F(Gltf, TheGroundLiesBelowAndOutsideOfWhatCamerasFit) {

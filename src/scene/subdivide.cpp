@@ -14,7 +14,8 @@ constexpr int kMostRounds = 16;
 /// One round: every edge that is too long gets a vertex in its middle.
 class Round {
  public:
-  Round(Mesh& mesh, float longest) : mesh_(mesh), longest_(longest) {}
+  Round(Mesh& mesh, const Vec3& scale, float longest)
+      : mesh_(mesh), scale_(scale), longest_(longest) {}
 
   /// Returns whether any edge was split.
   bool run() {
@@ -33,7 +34,7 @@ class Round {
   }
 
   float length(std::uint32_t a, std::uint32_t b) const {
-    return glm::length(mesh_.positions[a] - mesh_.positions[b]);
+    return glm::length(scale_ * (mesh_.positions[a] - mesh_.positions[b]));
   }
 
   void split(Corners c) {
@@ -92,15 +93,16 @@ class Round {
   }
 
   Mesh& mesh_;
+  Vec3 scale_;
   float longest_;
   std::unordered_map<std::uint64_t, std::uint32_t> middles_;
 };
 
 }  // namespace
 
-void subdivide(Mesh& mesh, float longest) {
+void subdivide(Mesh& mesh, const Vec3& scale, float longest) {
   if (!mesh.morphTargets.empty() || !mesh.joints.empty()) return;
-  for (int round = 0; round < kMostRounds && Round(mesh, longest).run(); ++round) {
+  for (int round = 0; round < kMostRounds && Round(mesh, scale, longest).run(); ++round) {
   }
 }
 
