@@ -120,6 +120,7 @@ study::Inputs studyInputs(const RunOptions& options) {
             add("--frames", own.frames);
             add("--camera", own.camera);
             add("--environment", own.environment);
+            for (const std::string& folder : own.assetPaths) add("--asset-path", folder);
             add("--ground", own.ground);
             add("--device", own.device);
             add("--threads", own.threads);

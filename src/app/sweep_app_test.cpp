@@ -65,6 +65,19 @@ TEST_F(Sweep, CamerasReachTheWorkers) {
   }
 }
 
+TEST_F(Sweep, AssetFoldersReachTheWorkers) {
+  fs::create_directory(folder / "parts");
+  std::ofstream(folder / "parts/triangle.gltf") << R"({"asset": {"version": "2.0"},
+  "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
+  "bufferViews": [{"buffer": 0, "byteLength": 36}],
+  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+  "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}]})";
+  std::ofstream(folder / "scene.json") << R"({"objects": [{"asset": "triangle.gltf"}]})";
+  const Result result =
+      run(std::string(kSweep) + "--vary seed=1,2 --frames 1 --asset-path parts --out s");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+}
+
 TEST_F(Sweep, ASettingWithoutEffectIsNamed) {
   // The only light is the environment: more bounces than the scene has mirrors change nothing.
   const Result result = run(std::string(kSweep) + "--vary methods.reference.bounces=8,9 --out s");
