@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/minmax.h"
 #include "core/vector_versions.h"
 #include "methods/shared/impostors/shaders/constants.h"
 
@@ -15,13 +16,6 @@ using impostors::MapRays;
 constexpr float kNone = 2.0f;    ///< a share that is none
 constexpr float kSlack = 1e-4f;  ///< neighbouring segments leave no gap
 constexpr std::size_t kBlock = 8;
-
-CATOPTRIC_INLINE float larger(float a, float b) {
-  return a < b ? b : a;
-}
-CATOPTRIC_INLINE float smaller(float a, float b) {
-  return b < a ? b : a;
-}
 
 /// Of half turns in 0..1, times `n`, to 1e-5 rad.
 CATOPTRIC_INLINE float directionOf(float dx, float dy, float n) {

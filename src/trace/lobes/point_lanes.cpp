@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/basis.h"
+#include "core/minmax.h"
 #include "core/vector_versions.h"
 
 // The bodies below are plain loops over arrays that the compiler turns into vector code, once for
@@ -12,10 +13,6 @@ namespace catoptric::trace {
 namespace {
 
 static_assert(kMostLanes % kWidestVector == 0);
-
-CATOPTRIC_INLINE float larger(float a, float b) {
-  return a < b ? b : a;
-}
 
 CATOPTRIC_INLINE void placeBody(const SampleCamera& camera, const SampleLanes& samples,
                                 PointLanes& points) {

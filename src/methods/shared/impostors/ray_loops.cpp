@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/lanes.h"
+#include "core/minmax.h"
 #include "methods/shared/impostors/ray_batch.h"
 
 namespace catoptric::methods::impostors {
@@ -28,13 +29,6 @@ namespace {
 constexpr float kFar = 1e30f;
 
 static_assert(kMostRays % kWidestVector == 0);
-
-CATOPTRIC_INLINE float larger(float a, float b) {
-  return a < b ? b : a;
-}
-CATOPTRIC_INLINE float smaller(float a, float b) {
-  return b < a ? b : a;
-}
 
 CATOPTRIC_INLINE void aimBody(const trace::SampleCamera& camera, const Samples& samples,
                               RayBatch& rays) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/minmax.h"
+#include "frame/harmonics.h"
 #include "methods/shared/impostors/half_float.h"
 
 // Loops over texels are plain ones that the compiler turns into vector code, once for each level of
@@ -22,12 +24,6 @@ struct Lit {
   alignas(64) Values red, green, blue;
 };
 
-CATOPTRIC_INLINE float larger(float a, float b) {
-  return a < b ? b : a;
-}
-CATOPTRIC_INLINE float smaller(float a, float b) {
-  return b < a ? b : a;
-}
 CATOPTRIC_INLINE float between0And1(float a) {
   return smaller(larger(a, 0.0f), 1.0f);
 }
@@ -36,11 +32,10 @@ CATOPTRIC_INLINE float between0And1(float a) {
 CATOPTRIC_INLINE void addSky(const std::array<Vec3, 9>& sh, const Vec3& ambient,
                              const Values& visibility, Lit& lit) {
   const auto one = [&](int channel, Values& into) {
-    const float c0 = 0.282095f * sh[0][channel], c1 = 0.488603f * sh[1][channel];
-    const float c2 = 0.488603f * sh[2][channel], c3 = 0.488603f * sh[3][channel];
-    const float c4 = 1.092548f * sh[4][channel], c5 = 1.092548f * sh[5][channel];
-    const float c6 = 0.315392f * sh[6][channel], c7 = 1.092548f * sh[7][channel];
-    const float c8 = 0.546274f * sh[8][channel];
+    std::array<float, 9> c;
+    for (std::size_t k = 0; k < c.size(); ++k)
+      c[k] = static_cast<float>(frame::kHarmonics[k]) * sh[k][channel];
+    const auto [c0, c1, c2, c3, c4, c5, c6, c7, c8] = c;
     const float always = kPi * ambient[channel];
     CATOPTRIC_INDEPENDENT
     for (std::size_t i = 0; i < lit.count; ++i) {
@@ -101,6 +96,10 @@ struct LitRow {
 
   const std::uint16_t* plane(int number, std::size_t first) const {
     return image.planes_[static_cast<std::size_t>(number)].data() + first;
+  }
+
+  const std::uint16_t* visibility(std::size_t first) const {
+    return plane(UnlitImage::kVisibility, first);
   }
 
   /// Places and normals of `lit.count` texels of row `y` from `x` on.
@@ -168,7 +167,7 @@ CATOPTRIC_INLINE void lightBody(const LitRow& row, std::size_t size, std::uint16
       const std::size_t first = y * size + x;
       lit.count = std::min(kTexels, size - x);
       row.place(x, y, first, lit);
-      const std::uint16_t* const visible = row.plane(6, first);
+      const std::uint16_t* const visible = row.visibility(first);
       CATOPTRIC_INDEPENDENT
       for (std::size_t i = 0; i < lit.count; ++i) visibility[i] = floatOf(visible[i]);
       addSky(sh, lighting.ambient, visibility, lit);
