@@ -199,8 +199,11 @@ void makeFilms(const std::filesystem::path& video, const run::RunConfig& run,
 /// The options with those of previews among --set.
 RunOptions withPreviews(const RenderOptions& options) {
   RunOptions all = options;
-  if (!options.ocio.empty()) all.settings.push_back("preview.ocio=" + options.ocio);
-  if (!options.view.empty()) all.settings.push_back("preview.view=" + options.view);
+  const auto set = [&](const std::string& name, const std::string& value) {
+    if (!value.empty()) all.settings.push_back(name + "=" + config::jsonString(value));
+  };
+  set("preview.ocio", options.ocio);
+  set("preview.view", options.view);
   return all;
 }
 
@@ -293,8 +296,7 @@ Command renderCommand(CommonOptions& common) {
              "OpenColorIO config (.ocio) that shows the previews [built in]", {.notEmpty = true}),
       option("--view", options->view, "NAME",
              "The config's view for previews. The built-in config has sRGB, Linear, and Neutral, "
-             "which is "
-             "sRGB but compresses radiance above 0.8 [Neutral, or the config's first]",
+             "which is sRGB but compresses radiance above 0.8 [Neutral, or the config's first]",
              {.notEmpty = true}),
       flag("--no-tables", options->noTables,
            "Write frames and their records, but no tables and no contact sheet"),

@@ -10,7 +10,7 @@
 namespace catoptric::methods {
 
 /// First channels of the layers, in the order of the rasterizing methods' layers
-/// (run/method_source.cpp); -1: the image does not have the layer.
+/// (run/stage/method_source.cpp); -1: the image does not have the layer.
 struct Channels {
   std::vector<std::string> names;
   int z = -1, normal = -1, reflection = -1, diffuse = -1, s = -1, id = -1, masks = -1;

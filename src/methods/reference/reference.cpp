@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <cmath>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "config/options.h"
@@ -140,18 +140,9 @@ struct Batch {
 };
 
 struct Totals {
-  std::atomic<std::uint64_t> primary{0}, rays{0}, misses{0}, refused{0}, notFinite{0},
-      belowHorizon{0}, unfinished{0};
-
-  void add(std::size_t primaryRays, const trace::ReflectionCounts& counts) {
-    primary += primaryRays;
-    rays += counts.rays;
-    misses += counts.misses;
-    refused += counts.refused;
-    notFinite += counts.notFinite;
-    belowHorizon += counts.belowHorizon;
-    unfinished += counts.unfinished;
-  }
+  std::mutex mutex;
+  std::uint64_t primary = 0;
+  trace::ReflectionCounts reflections;
 };
 
 /// A frame while it is sampled: sums over the samples of each pixel.
@@ -222,12 +213,12 @@ class Reference : public Method {
       }
     });
     output.counters["primary_rays"] = totals.primary;
-    output.counters["rays"] = totals.rays;
-    output.counters["misses"] = totals.misses;
-    output.counters["refused"] = totals.refused;
-    output.counters["not_finite"] = totals.notFinite;
-    output.counters["below_horizon"] = totals.belowHorizon;
-    output.counters["unfinished"] = totals.unfinished;
+    output.counters["rays"] = totals.reflections.rays;
+    output.counters["misses"] = totals.reflections.misses;
+    output.counters["refused"] = totals.reflections.refused;
+    output.counters["not_finite"] = totals.reflections.notFinite;
+    output.counters["below_horizon"] = totals.reflections.belowHorizon;
+    output.counters["unfinished"] = totals.reflections.unfinished;
     if (!services.geometry.surfaces.empty())
       output.counters["unresolved"] = services.trace->unresolvedRays() - unresolvedBefore;
     output.image = std::move(image);
@@ -349,7 +340,9 @@ class Reference : public Method {
                     tile.y1 = std::min(sums.image.height, tile.y0 + kTile);
                     for (const Batch& batch : batches) {
                       const auto counts = drawTile(input, services, batch, tile, sums);
-                      totals.add(tile.rays.size(), counts);
+                      const std::scoped_lock lock(totals.mutex);
+                      totals.primary += tile.rays.size();
+                      totals.reflections.add(counts);
                     }
                   }
                 });

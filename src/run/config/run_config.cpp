@@ -91,8 +91,7 @@ const OptionTable<RunConfig>& previewTable() {
              "Exposure before the display transform, stops."),
        field(in(&RunConfig::preview, &PreviewConfig::view), "view",
              "View of `ocio`; built in: sRGB, Linear, Neutral (sRGB, but above 0.8 compressed) "
-             "[Neutral, or "
-             "the first]."),
+             "[Neutral, or the first]."),
        readApart(fields::text("ocio", "OpenColorIO config [built in]."))});
   return table;
 }
@@ -413,6 +412,11 @@ void readFiles(RunConfig& run, const Value& root, const std::filesystem::path& f
     run.path = resolved(root.get("path"), file);
     run.pathReference = root.get("path").place().text();
   }
+  const Value preview = root.get("preview");
+  if (!preview.isNull() && preview.has("ocio")) {
+    run.preview.ocio = resolved(preview.get("ocio"), file);
+    run.preview.ocioReference = preview.get("ocio").place().text();
+  }
   if (root.has("camera")) run.cameraReference = root.get("camera").place().text();
   if (root.has("path") && root.has("camera"))
     errors.add(root.get("camera"), "has no effect beside \"path\"; remove one");
@@ -421,14 +425,6 @@ void readFiles(RunConfig& run, const Value& root, const std::filesystem::path& f
       const Value environment = root.get("environment");
       run.environment = scene::namedEnvironment(environment, resolved(environment, file));
     });
-}
-
-/// The OpenColorIO config of previews.
-void readOcio(RunConfig& run, const Value& root, const std::filesystem::path& file) {
-  const Value preview = root.get("preview");
-  if (preview.isNull() || !preview.has("ocio")) return;
-  run.preview.ocio = resolved(preview.get("ocio"), file);
-  run.preview.ocioReference = preview.get("ocio").place().text();
 }
 
 /// The folders of `asset_paths`, which must exist.
@@ -511,7 +507,6 @@ RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
   runTable().read(run, root);
   readFiles(run, root, file, errors);
   readAssetFolders(run, root, file, errors);
-  readOcio(run, root, file);
   run.methods =
       selected.empty() ? configured : selectMethods(configured, selected, registry, errors);
   keepErrorsAgainst(run, root, configured, errors);

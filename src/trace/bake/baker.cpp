@@ -397,7 +397,7 @@ std::vector<Vec4> Baker::full() {
     for (std::size_t i = 0; i < points_.size(); ++i) irradiance[i] = Vec3(values[i]);
   }
   // What shading adds again, with the normals of its normal maps
-  for (std::size_t i = 0; i < points_.size(); ++i) {
+  for (std::size_t i = 0; scene_.bake.skyApart && i < points_.size(); ++i) {
     const Vec3 apart = values[i].w * environment_.irradiance(points_.normals[i]);
     values[i] = Vec4(glm::max(Vec3(values[i]) - apart, Vec3(0.0f)), values[i].w);
   }

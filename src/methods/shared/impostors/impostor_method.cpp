@@ -115,7 +115,7 @@ void ImpostorMethod::follow(const FrameInput& input, Services& services) {
       shapes_[static_cast<std::size_t>(o)] = shapeOf(geometry, o, metres);
     images_.forget(input.changedObjects);
     planes_.forget(input.changedObjects);
-    movedSince_.insert(movedSince_.end(), input.changedObjects.begin(), input.changedObjects.end());
+    movedSince_.insert(input.changedObjects.begin(), input.changedObjects.end());
   }
   if (relit) {
     images_.forgetColors();

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -160,9 +161,9 @@ class ImpostorMethod : public Method, public KeepsFrames {
   std::vector<ImpostorLines> lines_;  ///< by impostor
   bool onProcessor_ = false;
   bool environmentOutdated_ = true;
-  std::vector<int> movedSince_;  ///< objects that have moved since the environment was drawn
-  std::vector<int> outside_;     ///< ids of the objects that the environment map does not show
-  Box3 environmentBounds_;       ///< of the scene, when the environment was drawn
+  std::set<int> movedSince_;  ///< objects that have moved since the environment was drawn
+  std::vector<int> outside_;  ///< ids of the objects that the environment map does not show
+  Box3 environmentBounds_;    ///< of the scene, when the environment was drawn
   Processor processor_;
   gl::Program mirror_;
   gl::Program glossy_;

@@ -12,7 +12,7 @@
 
 namespace catoptric::methods::impostors {
 
-/// Sizes below this share of the scene's diameter are none. Ours.
+/// Lengths below this share of the scene's diameter count as 0. Ours.
 inline constexpr float kLeastSize = 1e-6f;
 
 /// The axes of an object's frame in world space, unit length.
