@@ -387,8 +387,8 @@ class Perturbation : public Method {
       std::uint64_t& bytes = type.bytes[static_cast<std::size_t>(o)];
       bytes = type.planes.empty() ? one.counts.vertices * kVertexBytes : 0;
       if (one.shows) {
-        VirtualObject drawn(one.triangles, view.camera, services.gbuffer->sampleWidth(),
-                            services.gbuffer->sampleHeight());
+        VirtualObject drawn(one.triangles, services.raster->scene(), view.camera,
+                            services.gbuffer->sampleWidth(), services.gbuffer->sampleHeight());
         if (!drawn.triangles.empty()) {
           bytes = std::max(bytes, drawn.bytes());
           if (part) part->add(drawn.where);
@@ -440,7 +440,7 @@ class Perturbation : public Method {
                        connectivity_.at(o), one.counts, one.triangles);
       one.triangles.depthSlack = kDepthSlack * static_cast<float>(type.paths->size());
     } else {
-      one.triangles = mirroredTriangles(geometry, o, type.planes, view.camera.eye(), one.counts);
+      mirroredTriangles(geometry, o, type.planes, view.camera.eye(), one.counts, one.triangles);
     }
     return true;
   }

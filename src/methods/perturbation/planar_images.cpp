@@ -1,22 +1,27 @@
 // What planes alone show of an object: its mirror image.
 #include <cmath>
+#include <limits>
 
 #include "methods/perturbation/virtual_objects.h"
 
 namespace catoptric::methods::perturbation {
 
-VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,
-                                   std::span<const Plane<double>> planes, const glm::dvec3& eye,
-                                   TriangleCounts& counts) {
+void mirroredTriangles(const frame::Geometry& geometry, int object,
+                       std::span<const Plane<double>> planes, const glm::dvec3& eye,
+                       TriangleCounts& counts, VirtualTriangles& result) {
   const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
-  VirtualTriangles result;
   result.object = object + 1;
+  result.firstVertex = range.firstVertex;
+  result.depthSlack = std::numeric_limits<float>::infinity();
+  result.positions.clear();
+  result.attributes.clear();
+  result.images.clear();
+  result.places.clear();
+  result.indices.clear();
   for (std::uint32_t i = range.firstVertex; i < range.firstVertex + range.vertexCount; ++i) {
     const Vec3& p = geometry.positions[i];
     Vector<double> image{{p.x, p.y, p.z}};
     for (std::size_t plane = planes.size(); plane-- > 0;) image = mirrored(planes[plane], image);
-    result.positions.push_back(p);
-    result.attributes.push_back(geometry.attributes[i]);
     result.images.emplace_back(image[0], image[1], image[2], 1.0f);
   }
   if (planes.size() > 1) {
@@ -42,7 +47,6 @@ VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,
   }
   counts.vertices += range.vertexCount;
   counts.triangles += result.indices.size() / 3;
-  return result;
 }
 
 }  // namespace catoptric::methods::perturbation

@@ -25,6 +25,11 @@ raster::SurfaceShaders virtualShaders(bool continues, bool places, bool tints) {
           .defines = {{"PLACES", places ? "1" : "0"}}};
 }
 
+template <class T>
+gl::Buffer bufferOf(const char* label, const std::vector<T>& items) {
+  return items.empty() ? gl::Buffer() : gl::Buffer(label, std::span<const T>(items));
+}
+
 /// So many triangles are rather drawn in vain than left out between two ranges (ours).
 constexpr std::size_t kLongestGap = 8;
 
@@ -47,18 +52,15 @@ void listTriangles(const VirtualObject& object, const Rectangle& part, DrawList&
 
 }  // namespace
 
-VirtualObject::VirtualObject(const VirtualTriangles& source, const scene::Camera& camera, int width,
-                             int height)
+VirtualObject::VirtualObject(const VirtualTriangles& source, const raster::SceneGpu& scene,
+                             const scene::Camera& camera, int width, int height)
     : object(source.object),
       depthSlack(source.depthSlack),
       where(width, height),
-      positions("virtual object's positions", std::span<const Vec3>(source.positions)),
-      attributes("virtual object's attributes",
-                 std::span<const frame::VertexAttributes>(source.attributes)),
+      positions(bufferOf("virtual object's positions", source.positions)),
+      attributes(bufferOf("virtual object's attributes", source.attributes)),
       images("virtual object's images", std::span<const Vec4>(source.images)),
-      places(source.places.empty()
-                 ? gl::Buffer()
-                 : gl::Buffer("virtual object's places", std::span<const Vec3>(source.places))),
+      places(bufferOf("virtual object's places", source.places)),
       vertices("virtual object") {
   // Without the triangles that cover no sample's centre
   const raster::TriangleCover cover(camera, width, height);
@@ -77,7 +79,10 @@ VirtualObject::VirtualObject(const VirtualTriangles& source, const scene::Camera
     where.add(covered);
   }
   indices = gl::Buffer("virtual object's indices", std::span<const std::uint32_t>(kept));
-  raster::describeVertices(vertices, positions, attributes);
+  if (source.positions.empty())
+    scene.describeVertices(vertices, source.firstVertex);
+  else
+    raster::describeVertices(vertices, positions, attributes);
   vertices.setAttribute(kImageAttribute, images, 4, GL_FLOAT, 0, sizeof(Vec4));
   if (!source.places.empty())
     vertices.setAttribute(kPlaceAttribute, places, 3, GL_FLOAT, 0, sizeof(Vec3));

@@ -23,8 +23,11 @@ struct VirtualTriangles {
   /// than this from the fragment's reflection point. Infinity: no fragment is discarded.
   float depthSlack = std::numeric_limits<float>::infinity();
   // Per vertex
-  std::vector<Vec3> positions;  ///< where the object's own vertices are
+  /// Positions on the object itself, and their attributes. Empty: `images` has the object's own
+  /// vertices, which start at `firstVertex` of the geometry.
+  std::vector<Vec3> positions;
   std::vector<frame::VertexAttributes> attributes;
+  std::uint32_t firstVertex = 0;
   /// xyz: virtual position of the vertex in world space; w: |x - eye| / |image - eye|, where x is
   /// its reflection point on the line between them.
   std::vector<Vec4> images;
@@ -44,7 +47,8 @@ inline constexpr std::uint64_t kVertexBytes =
 /// VirtualTriangles on the GPU, for one camera.
 struct VirtualObject {
   /// Rectangles refer to an image of width x height.
-  VirtualObject(const VirtualTriangles& source, const scene::Camera& camera, int width, int height);
+  VirtualObject(const VirtualTriangles& source, const raster::SceneGpu& scene,
+                const scene::Camera& camera, int width, int height);
 
   /// Memory of its buffers, plus kObjectBytes.
   std::uint64_t bytes() const;
@@ -63,8 +67,8 @@ struct VirtualObject {
   float depthSlack = 0.0f;
   raster::Region where;                      ///< screen area that may show any part of it
   std::vector<raster::Rectangle> triangles;  ///< screen area of each of its triangles
-  gl::Buffer positions;
-  gl::Buffer attributes;
+  gl::Buffer positions;                      ///< empty if VirtualTriangles::positions is
+  gl::Buffer attributes;                     ///< likewise
   gl::Buffer images;
   gl::Buffer places;  ///< empty if VirtualTriangles::places is
   gl::Buffer indices;

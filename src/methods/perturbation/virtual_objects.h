@@ -66,8 +66,9 @@ void virtualTriangles(const frame::Geometry& geometry, int object, const Reflect
                       Connectivity& known, TriangleCounts& counts, VirtualTriangles& result);
 
 /// The exact mirror image in a sequence of planes, which are ordered from the eye.
-VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,
-                                   std::span<const Plane<double>> planes, const glm::dvec3& eye,
-                                   TriangleCounts& counts);
+/// Overwrites `result` and reuses its memory.
+void mirroredTriangles(const frame::Geometry& geometry, int object,
+                       std::span<const Plane<double>> planes, const glm::dvec3& eye,
+                       TriangleCounts& counts, VirtualTriangles& result);
 
 }  // namespace catoptric::methods::perturbation

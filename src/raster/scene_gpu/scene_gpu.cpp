@@ -42,11 +42,13 @@ Brightest brightestOf(const scene::Scene& scene, const frame::Geometry& geometry
 
 /// Variants read only the attributes that they use.
 void describeVertices(gl::VertexArray& array, const gl::Buffer& positions,
-                      const gl::Buffer& attributes) {
+                      const gl::Buffer& attributes, std::uint32_t firstVertex) {
   using Attributes = frame::VertexAttributes;
-  array.setAttribute(shared::kPositionAttribute, positions, 3, GL_FLOAT, 0, sizeof(Vec3));
+  array.setAttribute(shared::kPositionAttribute, positions, 3, GL_FLOAT, firstVertex * sizeof(Vec3),
+                     sizeof(Vec3));
   const auto attribute = [&](GLuint location, int components, std::size_t offset) {
-    array.setAttribute(location, attributes, components, GL_FLOAT, offset, sizeof(Attributes));
+    array.setAttribute(location, attributes, components, GL_FLOAT,
+                       firstVertex * sizeof(Attributes) + offset, sizeof(Attributes));
   };
   attribute(shared::kNormalAttribute, 3, offsetof(Attributes, normal));
   attribute(shared::kTangentAttribute, 4, offsetof(Attributes, tangent));
@@ -162,8 +164,8 @@ void SceneGpu::buildDetailLevels(const scene::Scene& scene, const frame::Geometr
   levels_.attributes = {};
 }
 
-void SceneGpu::describeVertices(gl::VertexArray& array) const {
-  raster::describeVertices(array, positions_, attributes_);
+void SceneGpu::describeVertices(gl::VertexArray& array, std::uint32_t firstVertex) const {
+  raster::describeVertices(array, positions_, attributes_, firstVertex);
 }
 
 std::size_t SceneGpu::bytes() const {

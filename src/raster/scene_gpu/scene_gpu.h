@@ -73,8 +73,9 @@ class SceneGpu {
 
   /// Binds the vertices of all objects, with the indices of the meshlets.
   void bindVertices() const { vertices_.bind(); }
-  /// Sets the vertices of all objects as attributes of another vertex array.
-  void describeVertices(gl::VertexArray& array) const;
+  /// Sets the vertices of all objects, from `firstVertex` on, as attributes of another vertex
+  /// array.
+  void describeVertices(gl::VertexArray& array, std::uint32_t firstVertex = 0) const;
 
   FrameResources& frame() { return frame_; }
   SurfacePrograms& programs() { return programs_; }
@@ -99,6 +100,6 @@ class SceneGpu {
 
 /// Sets the vertex attributes at the locations that vertex.glsl declares.
 void describeVertices(gl::VertexArray& array, const gl::Buffer& positions,
-                      const gl::Buffer& attributes);
+                      const gl::Buffer& attributes, std::uint32_t firstVertex = 0);
 
 }  // namespace catoptric::raster
