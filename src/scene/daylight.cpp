@@ -181,6 +181,10 @@ void addGround(Scene& scene, Ground ground) {
   const Box3 bounds = boundsAtStart(scene);
   if (!(bounds.diameter() > 0.0f)) return;
   if (scene.bake.mode == BakeMode::None) bakeAll(scene);
+  if (scene.animated())
+    scene.warnings.emplace_back(
+        "light is baked for the ground, so moving objects keep the light of time 0 and cast no "
+        "shadow");
   Material material;
   material.name = "ground";
   material.baseColor = Vec3(kGroundAlbedo);

@@ -125,6 +125,20 @@ TEST_F(Gltf, TheGroundLiesBelowAndOutsideOfWhatCamerasFit) {
   EXPECT_EQ(loadScene(file, {}, white, Ground::Matte).bake.mode, BakeMode::Full);
 }
 
+TEST_F(Gltf, AGroundBelowMovingObjectsWarnsThatLightIsBaked) {
+  w = triangleFile();
+  const int times = w.floats({0, 1}, "SCALAR");
+  const int places = w.floats({0, 0, 0, 1, 0, 0}, "VEC3");
+  w.add("animations",
+        R"({"samplers":[{"input":)" + std::to_string(times) +
+            ",\"output\":" + std::to_string(places) +
+            R"(}],"channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}]})");
+  const std::filesystem::path file = w.gltf(folder);
+  EXPECT_THAT(loadScene(file).warnings, ::testing::IsEmpty());
+  EXPECT_THAT(loadScene(file, {}, {}, Ground::Matte).warnings,
+              ::testing::ElementsAre(::testing::HasSubstr("cast no shadow")));
+}
+
 TEST_F(Gltf, DescriptionsGetNoGround) {
   const auto file = folder.write("scene.json", R"({"objects": [{"shape": "sphere"}]})");
   try {
