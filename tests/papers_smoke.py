@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the tables of every paper with `--effort smoke`: small frames, figures without meaning.
+"""Makes the tables of every paper and of the atlas with `--effort smoke`: small frames, figures without meaning.
 
 Usage: papers_smoke.py SOURCE_FOLDER PROGRAM WORK_FOLDER
 What a suite of configs/papers/ names - configs, methods, options, counters - is checked for all of its runs and cells.
@@ -21,7 +21,7 @@ sys.dont_write_bytecode = True
 import work_folder  # noqa: E402
 
 SAMPLE = {"glossy_lod": ["filter"], "impostors": ["directions", "times_shader"], "perturbation": ["fig10"],
-          "reprojection": ["bath_a"], "second_order": ["validation_cornell_box", "concave"]}
+          "reprojection": ["bath_a"], "atlas": ["one_mirror"], "second_order": ["validation_cornell_box", "concave"]}
 
 
 def sampled(suite, folder):
@@ -35,8 +35,12 @@ def sampled(suite, folder):
     wanted["runs"] = {name: {**wanted["runs"][name], "config": str(suite.parent / wanted["runs"][name]["config"])}
                       for name in names}
     for table in wanted["tables"]:
-        table["rows"] = [row for row in table["rows"] if not others.search(json.dumps(row))]
-    wanted["tables"] = [table for table in wanted["tables"] if table["rows"]]
+        for part in ("rows", "each"):
+            if part == "rows" and part in table:
+                table[part] = [row for row in table[part] if not others.search(json.dumps(row))]
+            elif part in table:
+                table[part] = {run: title for run, title in table[part].items() if run in names}
+    wanted["tables"] = [table for table in wanted["tables"] if table.get("rows") or table.get("each")]
     for name in ("figures", "pictures", "checks"):
         wanted.pop(name, None)
     file = folder / suite.name
@@ -70,7 +74,8 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
                                "md,csv,html,tex", *more], capture_output=True, text=True, check=False)
 
     failed, missing = [], []
-    for suite in sorted((source / "configs" / "papers").glob("*.suite.json")):
+    suites = [*sorted((source / "configs" / "papers").glob("*.suite.json")), source / "configs" / "atlas.suite.json"]
+    for suite in suites:
         name = suite.name.removesuffix(".suite.json")
         start = time.monotonic()
         # All names are looked up before the first run is missed

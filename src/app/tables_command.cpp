@@ -12,6 +12,7 @@
 #include "core/text.h"
 #include "report/html.h"
 #include "run/folder/machine.h"
+#include "run/folder/plan.h"
 #include "study/stored.h"
 #include "study/suite.h"
 #include "study/suite_pictures.h"
@@ -53,6 +54,7 @@ struct PreparedRun {
   std::unique_ptr<study::Bench> bench;
   std::vector<study::Setting> settings;
   bool times = true;
+  std::map<std::string, std::string> refused = {};  ///< reasons, by method
 };
 
 /// `needed`: methods, or null: all; `numbers`: frames, or empty: those of the effort.
@@ -85,10 +87,16 @@ PreparedRun prepareRun(const study::SuiteRun& run, const study::Settings& ofEffo
   const std::string against = run.against.empty() ? methods.front() : run.against;
   if (needed != nullptr)  // with the reference, beside which all of a run are measured
     std::erase_if(methods, [&](const std::string& method) {
-      return !needed->contains(method) && method != against;
+      return !needed->contains("*") && !needed->contains(method) && method != against;
     });
-  for (const std::string& method : methods)
-    prepared.settings.push_back(prepared.bench->prepare({method, {}, "", ""}));
+  for (const std::string& method : methods) {
+    try {
+      prepared.settings.push_back(prepared.bench->prepare({method, {}, "", ""}));
+    } catch (const run::UnsupportedError& error) {
+      if (!run.mayRefuse) throw;
+      prepared.refused[method] = error.reason;
+    }
+  }
   prepared.bench->setReference(against);
   prepared.bench->checkReference(prepared.settings);
   return prepared;
@@ -225,6 +233,8 @@ std::vector<PreparedRun> prepareRuns(const study::Suite& suite, const TablesOpti
     runs.back().bench->setMetrics(study::metricsOf(suite, run.name));
     for (const study::Setting& setting : runs.back().settings)
       data.runs[run.name][setting.point.method].setting = setting;
+    for (const auto& [method, reason] : runs.back().refused)
+      data.runs[run.name][method].refused = reason;
   }
   return runs;
 }

@@ -44,6 +44,20 @@ std::string ratioMethod(const run::RunConfig& run, const std::string& ratioTo) {
   return names.front();
 }
 
+/// Ms of reflection alone and their ratios to `base`.
+static std::vector<std::string> reflectionRow(const Measurement& measurement,
+                                              const std::vector<std::size_t>& measured,
+                                              const std::optional<std::size_t>& base) {
+  constexpr TimeKind kind{Clock::Wall, TimeKind::Of::Reflection};
+  std::vector<std::string> row{timeName(kind)};
+  for (const std::size_t i : measured) {
+    const RoundTimes own = measurement.times(i, kind);
+    row.push_back(milliseconds(frameSeconds(own).mean));
+    row.push_back(base ? ratioText(pairedRatio(own, measurement.times(*base, kind))) : "");
+  }
+  return row;
+}
+
 RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::string& base,
                           int amortize) {
   std::vector<Setting> settings;
@@ -104,6 +118,7 @@ RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::st
   }
   table.rows.emplace_back();
   table.rows.push_back(frame);
+  table.rows.push_back(reflectionRow(measurement, measured, baseIndex));
   for (const TimeKind& kind : {first, mean}) {
     std::vector<std::string> row{timeName(kind)};
     for (const std::size_t i : measured) {

@@ -39,7 +39,8 @@ const std::vector<std::string>& StatedPrints::stated(const std::string& name,
   if (!isNew || run == nullptr) return texts;
   const auto [config, unread] = configs_.try_emplace(run->config);
   if (unread) config->second = config::parseFile(run->config);
-  const Value entry = methodOf(config->second, method);
+  const Value entry =
+      method == "*" ? config->second.get("methods") : methodOf(config->second, method);
   if (entry.isNull()) return texts;
   texts = {run->stated, config::without(config->second, {"comment", "$schema", "methods"}).dump(),
            entry.dump(), effort_};

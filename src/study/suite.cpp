@@ -27,7 +27,9 @@ const Schema& runSchema() {
        fields::of(FieldType::Array, "scene_patch",
                   "Changes of the scene's description: a JSON patch (RFC 6902)."),
        fields::of(FieldType::Array, "path_patch", "Changes of the path's description, likewise."),
-       fields::boolean("times", "false: only errors and counters, each frame once.", "")});
+       fields::boolean("times", "false: only errors and counters, each frame once.", ""),
+       fields::boolean("may_refuse", "true: methods that do not support the scene are left out.",
+                       "")});
   return schema;
 }
 
@@ -36,12 +38,28 @@ double mean(const std::vector<double>& values) {
 }
 
 const std::vector<std::string>& functions() {
-  static const std::vector<std::string> names{
-      "ms",     "worst_ms",      "first_ms",        "mean_ms",
-      "step",   "ratio",         "error",           "worst",
-      "mean",   "most",          "percent",         "per",
-      "spread", "median",        "first",           "error_of",
-      "slope",  "reflection_ms", "reflection_ratio"};
+  static const std::vector<std::string> names{"ms",
+                                              "worst_ms",
+                                              "first_ms",
+                                              "mean_ms",
+                                              "step",
+                                              "ratio",
+                                              "error",
+                                              "worst",
+                                              "mean",
+                                              "most",
+                                              "percent",
+                                              "per",
+                                              "spread",
+                                              "median",
+                                              "first",
+                                              "error_of",
+                                              "slope",
+                                              "reflection_ms",
+                                              "reflection_ratio",
+                                              "refused",
+                                              "front",
+                                              "take"};
   return names;
 }
 
@@ -69,6 +87,12 @@ Call parseCall(const std::string& text) {
 
 bool isRatio(const std::string& name) {
   return name == "ratio" || name == "reflection_ratio";
+}
+
+/// The time that a function of times takes.
+TimeKind timeOf(const std::string& name) {
+  return {Clock::Wall,
+          name.starts_with("reflection") ? TimeKind::Of::Reflection : TimeKind::Of::Steady};
 }
 
 /// Functions of a value of each frame.
@@ -129,6 +153,7 @@ Suite readSuite(const std::filesystem::path& file) {
     config::require(value, runSchema());
     SuiteRun run{readRunOfSuite(name, value, file.parent_path())};
     if (value.has("times")) run.times = value.get("times").asBool();
+    if (value.has("may_refuse")) run.mayRefuse = value.get("may_refuse").asBool();
     run.scenePatch = value.get("scene_patch");
     run.pathPatch = value.get("path_patch");
     run.stated = config::without(value, {"methods", "frames"}).dump();
@@ -138,7 +163,7 @@ Suite readSuite(const std::filesystem::path& file) {
     for (const std::string& effort : root.get("efforts").keys())
       suite.efforts[effort] = readSettings(root.get("efforts").get(effort), file.parent_path());
   suite.checks = root.get("checks");
-  if (root.has("tables")) suite.tables = root.get("tables").asArray();
+  if (root.has("tables")) suite.tables = expandedTables(root.get("tables").asArray(), suite.runs);
   if (root.has("figures")) suite.figures = root.get("figures").asArray();
   suite.pictures = root.get("pictures");
   return suite;
@@ -197,7 +222,8 @@ double SuiteData::number(const Value& cell) const {
     cell.fail(
         cell.dump() +
         " is not a value; allowed: ms(R), worst_ms(R), first_ms(R), mean_ms(R), step(R, NAME), "
-        "ratio(R, R), reflection_ms(R), reflection_ratio(R, R), error(R, "
+        "ratio(R, R), reflection_ms(R), reflection_ratio(R, R), front(R, TIME), take(R, MOST), "
+        "refused(R), error(R, "
         "MEASURE), worst(R, MEASURE), mean(R, COUNTER), most(R, COUNTER), per(R, COUNTER, "
         "COUNTER), percent(R, COUNTER, COUNTER), error_of(R, OBJECT), slope(FIGURE, SERIES), and "
         "over the frames median(F, R, ...), first(F, R, ...), spread(F, R, ...) (mean / most) of F "
@@ -215,12 +241,16 @@ double SuiteData::number(const Value& cell) const {
                            joined(std::span(call.arguments).subspan(1), ", ") + ")"),
         cell.place().text()));
   }
-  const std::size_t arguments = call.name.ends_with("ms")                      ? 1
-                                : call.name == "percent" || call.name == "per" ? 3
-                                                                               : 2;
+  if (call.name == "front") return front(call.arguments, cell).number;
+  if (call.name == "take") return take(call.arguments, cell).number;
+  const std::size_t arguments = call.name.ends_with("ms") || call.name == "refused" ? 1
+                                : call.name == "percent" || call.name == "per"      ? 3
+                                                                                    : 2;
   if (call.arguments.size() != arguments)
     cell.fail(call.name + " takes " + std::to_string(arguments) + " arguments");
   const Entry& one = entry(call.arguments[0], cell);
+  if (call.name == "refused") return one.refused.empty() ? 0.0 : 1.0;
+  if (!one.refused.empty()) return NAN;
   if (call.name == "error" || call.name == "worst") {
     requireMetric(call.arguments[1]);
     if (call.name == "error") return one.errors.pooled(call.arguments[1], one.frames);
@@ -240,20 +270,19 @@ double SuiteData::number(const Value& cell) const {
   }
   if (one.samples == nullptr) return NAN;
   const Measurement& measurement = one.samples->measurement;
-  if (call.name == "ms") return 1e3 * frameSeconds(measurement.times(one.index)).mean;
+  if (call.name == "ms" || call.name == "reflection_ms")
+    return 1e3 * frameSeconds(measurement.times(one.index, timeOf(call.name))).mean;
   if (call.name == "first_ms" || call.name == "mean_ms") {
     const auto of = call.name == "first_ms" ? TimeKind::Of::First : TimeKind::Of::Mean;
     const double seconds = measurement.seconds(one.index, {Clock::Wall, of, one.amortize});
     return seconds > 0.0 ? 1e3 * seconds : NAN;
   }
-  if (call.name == "reflection_ms")
-    return 1e3 * measurement.seconds(one.index, {Clock::Wall, TimeKind::Of::Reflection});
   if (call.name == "worst_ms") return 1e3 * frameSeconds(measurement.times(one.index)).worst;
   if (call.name == "step") return 1e3 * mean(stepSeconds(one, call.arguments[1]));
   requireTurns(call.arguments[0], call.arguments[1], cell);
   const Entry& base = entry(call.arguments[1], cell);
   if (base.samples == nullptr) return NAN;
-  return ratioOf(one, base, call.name).value;
+  return ratioOf(one, base, timeOf(call.name)).value;
 }
 
 /// The value of each frame, of "ms, R" and so on: what spread, median and first take.
@@ -387,13 +416,11 @@ void SuiteData::requireTurns(const std::string& one, const std::string& other, c
 }
 
 /// Measured beside each other, or both beside the run's first setting.
-Ratio SuiteData::ratioOf(const Entry& one, const Entry& other, const std::string& function) {
-  const TimeKind time{Clock::Wall, function == "reflection_ratio" ? TimeKind::Of::Reflection
-                                                                  : TimeKind::Of::Steady};
+Ratio SuiteData::ratioOf(const Entry& one, const Entry& other, const TimeKind& kind) {
   const auto against = [&](const Entry& entry, const std::string& key) {
     const Measurement& measurement = entry.samples->measurement;
-    return pairedRatio(measurement.times(entry.index, time),
-                       measurement.times(*entry.samples->find(key), time));
+    return pairedRatio(measurement.times(entry.index, kind),
+                       measurement.times(*entry.samples->find(key), kind));
   };
   if (one.samples->find(other.setting.key)) return against(one, other.setting.key);
   return quotient(against(one, one.base), against(other, one.base));
@@ -418,12 +445,15 @@ std::string SuiteData::cell(const Value& cell) const {
     if (values.empty()) return "";
     return threeDigits(number(cell)) + " / " + threeDigits(*std::ranges::max_element(values));
   }
+  if (call.name == "refused") return entry(call.arguments.at(0), cell).refused;
+  if (call.name == "front") return front(call.arguments, cell).text;
+  if (call.name == "take") return take(call.arguments, cell).text;
   if (isRatio(call.name)) {
     const Entry& one = entry(call.arguments.at(0), cell);
     const Entry& base = entry(call.arguments.size() > 1 ? call.arguments[1] : "", cell);
     requireTurns(call.arguments.at(0), call.arguments.at(1), cell);
     if (one.samples != nullptr && base.samples != nullptr)
-      return ratioText(ratioOf(one, base, call.name));
+      return ratioText(ratioOf(one, base, timeOf(call.name)));
   }
   return threeDigits(number(cell));
 }
@@ -487,7 +517,9 @@ std::vector<std::pair<std::string, std::string>> methodsOfCell(const std::string
     if (i > first && !isRatio(call.name) && call.arguments[0] != "ratio") break;
     const std::string& name = call.arguments[i];
     const std::size_t dot = std::min(name.find('.'), name.size());
-    methods.emplace_back(name.substr(0, dot), name.substr(std::min(dot + 1, name.size())));
+    const bool all = call.name == "front" || call.name == "take";  // of the run
+    methods.emplace_back(name.substr(0, dot),
+                         all ? "*" : name.substr(std::min(dot + 1, name.size())));
   }
   return methods;
 }
@@ -497,66 +529,14 @@ std::vector<std::string> metricsOf(const Suite& suite, const std::string& run) {
   for (const std::string& cell : callsOf(suite)) {
     const auto methods = methodsOfCell(cell);
     if (std::ranges::none_of(methods, [&](const auto& one) { return one.first == run; })) continue;
+    if (parseCall(cell).name == "front" || parseCall(cell).name == "take")
+      asked.insert(asked.end(), {kChoiceMetric, kFlicker});
     std::ranges::copy_if(
         parseCall(cell).arguments, std::back_inserter(asked), [](const std::string& argument) {
           return std::ranges::find(metrics(), argument, &MetricInfo::name) != metrics().end();
         });
   }
   return asked;
-}
-
-std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data) {
-  std::vector<report::Table> tables;
-  for (const Value& value : suite.tables) {
-    report::Table table;
-    table.title = value.get("title").asString();
-    for (const Value& title : value.get("columns").asArray())
-      table.columns.push_back({title.asString(), !table.columns.empty()});
-    for (const Value& row : value.get("rows").asArray()) {
-      std::vector<std::string> cells;
-      for (const Value& cell : row.asArray()) cells.push_back(data.cell(cell));
-      if (cells.size() != table.columns.size())
-        row.fail("this row has " + std::to_string(cells.size()) + " cells, the table has " +
-                 std::to_string(table.columns.size()) + " columns");
-      table.rows.push_back(std::move(cells));
-    }
-    // A column of words is no column of numbers
-    for (std::size_t c = 1; c < table.columns.size() && !table.rows.empty(); ++c)
-      table.columns[c].number = std::ranges::any_of(table.rows, [&](const auto& row) {
-        return row[c].empty() || row[c].find_first_of("0123456789") == 0;
-      });
-    if (value.has("text")) table.notes.push_back(value.get("text").asString());
-    tables.push_back(std::move(table));
-  }
-  return tables;
-}
-
-std::vector<SuiteChart> suiteCharts(const Suite& suite, const SuiteData& data) {
-  std::vector<SuiteChart> charts;
-  for (const Value& value : suite.figures) {
-    Chart chart;
-    chart.title = value.get("title").asString();
-    chart.xTitle = value.get("x").asString();
-    chart.yTitle = value.get("y").asString();
-    for (const char axis : {'x', 'y'})
-      if (value.has("log") && value.get("log").asString().find(axis) != std::string::npos)
-        (axis == 'x' ? chart.xLog : chart.yLog) = true;
-    const std::vector<Value> places = value.get("values").asArray();
-    for (const std::string& name : value.get("series").keys()) {
-      ChartSeries series{name, {}, true};
-      const std::vector<Value> cells = value.get("series").get(name).asArray();
-      for (std::size_t i = 0; i < std::min(cells.size(), places.size()); ++i) {
-        ChartPoint point;
-        point.x = places[i].asNumber();
-        point.y = data.number(cells[i]);
-        if (std::isfinite(point.y)) series.points.push_back(point);
-      }
-      chart.series.push_back(std::move(series));
-    }
-    charts.push_back(
-        {std::move(chart), value.has("file") ? value.get("file").asString() : std::string()});
-  }
-  return charts;
 }
 
 std::vector<std::string> failedChecks(const Suite& suite, const SuiteData& data) {
@@ -570,31 +550,6 @@ std::vector<std::string> failedChecks(const Suite& suite, const SuiteData& data)
                        threeDigits(from) + " to " + threeDigits(to));
   }
   return failed;
-}
-
-std::string withTables(const std::string& page, const std::vector<report::Table>& tables,
-                       const std::string& name) {
-  const std::string before = "<!-- table ";
-  const std::string after = "<!-- end -->";
-  std::string text;
-  std::size_t at = 0;
-  for (std::size_t mark = page.find(before); mark != std::string::npos;
-       mark = page.find(before, at)) {
-    const std::size_t line = page.find('\n', mark);
-    const std::size_t end = page.find(after, mark);
-    const auto number = static_cast<std::size_t>(std::atoi(page.c_str() + mark + before.size()));
-    if (end == std::string::npos || line > end)
-      throw UsageError(name + ": \"" + page.substr(mark, line - mark) + "\" has no line \"" +
-                       after + "\" below it");
-    if (number == 0 || number > tables.size())
-      throw UsageError(name + ": \"" + page.substr(mark, line - mark) + "\": the suite has " +
-                       std::to_string(tables.size()) + " tables");
-    report::Table table = tables[number - 1];
-    table.title.clear();  // the page has its own heading
-    text += page.substr(at, line + 1 - at) + "\n" + report::toMarkdown(table) + "\n";
-    at = end;
-  }
-  return text + page.substr(at);
 }
 
 }  // namespace catoptric::study

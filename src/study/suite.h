@@ -17,6 +17,7 @@ namespace catoptric::study {
 
 struct SuiteRun : StatedRun {
   bool times = true;           ///< false: errors and counters only
+  bool mayRefuse = false;      ///< methods that do not support the scene are named, and left out
   config::Value scenePatch{};  ///< JSON patch for the scene's description [RFC 6902], or null
   config::Value pathPatch{};
   std::string stated{};  ///< settings, reference and times as written in the suite
@@ -32,6 +33,9 @@ struct Suite {
   std::vector<config::Value> figures;       ///< {"title", "x", "y", "values", "series", "file"}
   config::Value pictures;                   ///< see study/suite_pictures.h
 };
+
+/// The error measure by which front(...) and take(...) compare methods.
+inline constexpr const char* kChoiceMetric = "L1_8bit";
 
 /// The number with three significant digits; empty if it is not finite.
 std::string threeDigits(double value);
@@ -59,6 +63,7 @@ class SuiteData {
     std::vector<int> frames;
     int amortize = 1;                            ///< frames of mean_ms()
     std::map<int, std::string> reflectors = {};  ///< names of reflective objects by id
+    std::string refused = {};  ///< why the method does not support the scene; then nothing else
   };
   std::map<std::string, std::map<std::string, Entry>> runs;
   /// Text and number of a cell that are known without a measurement.
@@ -80,7 +85,11 @@ class SuiteData {
   const Entry& entry(const std::string& name, const config::Value& cell) const;
   static void requireTurns(const std::string& one, const std::string& other,
                            const config::Value& cell);
-  static Ratio ratioOf(const Entry& one, const Entry& other, const std::string& function);
+  static Ratio ratioOf(const Entry& one, const Entry& other, const TimeKind& kind = {});
+  /// The measured entries of a run that "RUN.*" names.
+  std::vector<const Entry*> measuredOf(const std::string& name, const config::Value& cell) const;
+  Stored front(const std::vector<std::string>& arguments, const config::Value& cell) const;
+  Stored take(const std::vector<std::string>& arguments, const config::Value& cell) const;
   std::vector<double> valuesOf(const std::vector<std::string>& arguments,
                                const config::Value& cell) const;
   double slopeOf(const std::vector<std::string>& arguments, const config::Value& cell) const;
@@ -89,6 +98,11 @@ class SuiteData {
                            const std::vector<int>& frames);
   double errorOf(const Entry& one, const std::string& object, const config::Value& cell) const;
 };
+
+/// The suite's tables: one with "each" becomes a table with a row for each of these runs; if its
+/// row names METHOD, a table for each run, with a row for each method.
+std::vector<config::Value> expandedTables(const std::vector<config::Value>& tables,
+                                          const std::vector<SuiteRun>& runs);
 
 /// The suite with these of its tables alone (numbers from 1), and the figures of whose curves they
 /// have slopes. Throws UsageError.

@@ -44,6 +44,7 @@ void addTimes(const Bench& bench, const SweepRequest& request, const std::string
   };
   point.first = secondsOf(TimeKind::Of::First);
   point.mean = secondsOf(TimeKind::Of::Mean);
+  point.reflection = secondsOf(TimeKind::Of::Reflection);
   const FrameSeconds seconds = frameSeconds(measurement.times(own, {request.time.clock}));
   point.steady = seconds.mean;
   point.worstSeconds = seconds.worst;

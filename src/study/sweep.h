@@ -33,6 +33,7 @@ struct SweepPoint {
   double first = 0.0;    ///< seconds of the first frame, of a steady one, of the mean; 0: not known
   double steady = 0.0;
   double mean = 0.0;
+  double reflection = 0.0;  ///< seconds of a steady frame's own steps: TimeKind::Of::Reflection
   double worstSeconds = 0.0;
   int worstSecondsFrame = 0;
   std::map<std::string, double> steps;   ///< seconds per frame

@@ -77,6 +77,7 @@ std::string pointJson(const SweepResult& result, const SweepPoint& point) {
         .add("first_seconds", point.first)
         .add("steady_seconds", point.steady)
         .add("mean_seconds", point.mean)
+        .add("reflection_seconds", point.reflection)
         .add("worst_seconds", point.worstSeconds)
         .add("worst_seconds_frame", point.worstSecondsFrame)
         .add("ratio", point.ratio.value);
@@ -156,6 +157,7 @@ report::Table sweepTable(const SweepResult& result) {
     };
     add("first frame", TimeKind::Of::First);
     add("steady frame", TimeKind::Of::Steady);
+    table.columns.push_back({"reflection alone ms", true});
     add(mean, TimeKind::Of::Mean);
     table.columns.push_back({"ratio", false});
   }
@@ -169,7 +171,7 @@ report::Table sweepTable(const SweepResult& result) {
     if (!point.setting.point.program.empty()) row.back() += " of " + point.setting.point.program;
     for (const std::vector<std::string>& column : varied) row.push_back(valueIn(point, column));
     if (anyTimed) {
-      for (const double seconds : {point.first, point.steady, point.mean})
+      for (const double seconds : {point.first, point.steady, point.reflection, point.mean})
         row.push_back(milliseconds(seconds));
       row.push_back(point.seconds > 0.0 ? ratioText(point.ratio) : "");
     }
@@ -193,7 +195,8 @@ std::string sweepCsv(const SweepResult& result) {
   std::string text = "point,key,method,program";
   for (const std::string& name : names) text += "," + csvCell(name);
   text +=
-      ",seconds,first_seconds,steady_seconds,mean_seconds,worst_seconds,worst_seconds_frame,ratio,"
+      ",seconds,first_seconds,steady_seconds,reflection_seconds,mean_seconds,worst_seconds,worst_"
+      "seconds_frame,ratio,"
       "ratio_low,ratio_high";
   for (const std::string& metric : result.request.metrics)
     text += "," + metric + "," + metric + "_worst," + metric + "_worst_frame";
@@ -205,12 +208,12 @@ std::string sweepCsv(const SweepResult& result) {
     const auto& interval = point.ratio.interval;
     if (point.seconds > 0.0)
       text += "," + exactText(point.seconds) + "," + exactText(point.first) + "," +
-              exactText(point.steady) + "," + exactText(point.mean) + "," +
-              exactText(point.worstSeconds) + "," + std::to_string(point.worstSecondsFrame) + "," +
-              exactText(point.ratio.value) + "," +
+              exactText(point.steady) + "," + exactText(point.reflection) + "," +
+              exactText(point.mean) + "," + exactText(point.worstSeconds) + "," +
+              std::to_string(point.worstSecondsFrame) + "," + exactText(point.ratio.value) + "," +
               (interval ? exactText(interval->low) + "," + exactText(interval->high) : ",");
     else
-      text += ",,,,,,,,,";
+      text += ",,,,,,,,,,";
     for (const std::string& metric : result.request.metrics)
       text += point.errors.contains(metric) ? "," + exactText(point.errors.at(metric)) + "," +
                                                   exactText(point.worst.at(metric).second) + "," +

@@ -42,7 +42,7 @@ TEST(SweepTable, ErrorsAloneHaveNoColumnsOfTimes) {
   SweepResult result;
   result.points = {pointOf("a", {}), pointOf("b", {})};
   result.points[0].seconds = 0.0;
-  EXPECT_EQ(sweepTable(result).columns[5].title, "ratio");
+  EXPECT_EQ(sweepTable(result).columns[6].title, "ratio");
   result.points[1].seconds = 0.0;
   EXPECT_EQ(sweepTable(result).columns[2].title, "L1_8bit");
 }

@@ -326,9 +326,13 @@ Plan makePlan(const RunConfig& run, const scene::Scene& scene,
   Plan plan;
   plan.frames = frames;
   std::vector<std::string> refused;
+  std::string reason;  // of the first
   std::optional<raster::GBufferSize> gbuffer;
   for (std::size_t i = 0; i < made.size(); ++i) {
-    appendRefusals(refused, run, i, scene, made[i]->unsupported(scene));
+    const std::vector<methods::Unsupported> unsupported = made[i]->unsupported(scene);
+    if (refused.empty() && !unsupported.empty())
+      reason = "refuses " + std::to_string(unsupported.size()) + ": " + unsupported.front().reason;
+    appendRefusals(refused, run, i, scene, unsupported);
     PlannedMethod method;
     method.name = run.methods[i].name;
     method.id = run.methods[i].id;
@@ -343,7 +347,7 @@ Plan makePlan(const RunConfig& run, const scene::Scene& scene,
         methodItems(run, scene, method.needs, gbuffer.value_or(raster::GBufferSize{}), frames);
     plan.methods.push_back(std::move(method));
   }
-  if (!refused.empty()) throw UsageError(joined(refused, "\n"));
+  if (!refused.empty()) throw UnsupportedError(joined(refused, "\n"), reason);
   plan.shared = sharedItems(run, scene, environment, plan.gl);
   return plan;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/error.h"
 #include "frame/shading.h"
 #include "methods/contract/method.h"
 #include "run/config/run_config.h"
@@ -40,8 +41,15 @@ struct Plan {
   std::uint64_t bytesOf(const PlannedMethod& method) const;
 };
 
-/// Makes the plan. `made`: one method per entry of run.methods. Throws UsageError, which names the
-/// reflectors that a method does not support.
+/// The methods of a run that do not support its scene, or some of its reflectors.
+struct UnsupportedError : UsageError {
+  UnsupportedError(const std::string& what, std::string why)
+      : UsageError(what), reason(std::move(why)) {}
+  std::string reason;  ///< one line: how many objects the first such method refuses, and why
+};
+
+/// Makes the plan. `made`: one method per entry of run.methods. Throws UnsupportedError, which
+/// names the reflectors that a method does not support.
 Plan makePlan(const RunConfig& run, const scene::Scene& scene,
               const frame::EnvironmentLight& environment, std::size_t frames,
               const std::vector<std::unique_ptr<methods::Method>>& made);
