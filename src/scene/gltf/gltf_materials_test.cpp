@@ -100,6 +100,54 @@ TEST_F(Gltf, LayersOfAMaterialBecomeOneLobe) {
   EXPECT_TRUE(hasNote(load(), "drawn round"));
 }
 
+TEST_F(Gltf, TexturesOfAClearCoatSayWhereAndHowRoughItIs) {
+  const auto roughnessOf = [&](const std::string& before, const std::string& roughness,
+                               const std::string& after) {
+    w = triangleFile();
+    w.arrays["meshes"] = {R"({"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":)" +
+                          std::to_string(w.floats({0, 0, 1, 0, 0, 1}, "VEC2")) +
+                          R"(},"indices":2,"material":0}]})"};
+    // Shares of 1, 0.6 and 0.2, whose other channels mean nothing; roughness of the coat, the base
+    for (const std::vector<std::uint8_t>& pixels :
+         {std::vector<std::uint8_t>{255, 7, 9, 255, 153, 7, 9, 255, 51, 7, 9, 255},
+          std::vector<std::uint8_t>{7, 255, 9, 255, 7, 51, 9, 255, 7, 51, 9, 255},
+          std::vector<std::uint8_t>{7, 128, 255, 255}}) {
+      w.add("textures", "{\"source\":" + std::to_string(w.arrays["images"].size()) + "}");
+      w.add("images", R"({"uri":"data:image/png;base64,)" +
+                          base64(pngBytes(static_cast<int>(pixels.size() / 4), pixels)) + "\"}");
+    }
+    w.add("materials", R"({"pbrMetallicRoughness":{"metallicFactor":0,"roughnessFactor":0.8)" +
+                           before + R"(},"extensions":{"KHR_materials_clearcoat":{)" +
+                           R"("clearcoatFactor":1,"clearcoatRoughnessFactor":0.4)" + roughness +
+                           "}" + after + "}}");
+    const Scene scene = load();
+    const Material& m = scene.materials.at(0);
+    std::vector<int> green;
+    if (!m.metallicRoughnessTexture.used()) return green;
+    EXPECT_FLOAT_EQ(m.dielectricF0, 0.04f);
+    const MipLevel& level =
+        scene.textures.at(static_cast<std::size_t>(m.metallicRoughnessTexture.texture)).levels[0];
+    for (std::size_t i = 0; i < level.rgba.size(); i += 4)
+      green.push_back(
+          static_cast<int>(std::lround(static_cast<float>(level.rgba[i + 1]) * m.roughnessFactor)));
+    return green;
+  };
+  const std::string shares = R"(,"clearcoatTexture":{"index":0})";
+  const std::string coat = R"(,"clearcoatRoughnessTexture":{"index":1})";
+  const std::string base = R"(,"metallicRoughnessTexture":{"index":2})";
+  EXPECT_THAT(roughnessOf("", shares, ""), ElementsAre(102, 102, 204));
+  EXPECT_THAT(roughnessOf("", shares + coat, ""), ElementsAre(102, 20, 204));
+  EXPECT_THAT(roughnessOf(base, shares + coat, ""), ElementsAre(102, 20, 102));
+  EXPECT_TRUE(hasNote(load(), "where it covers at least half"));
+  EXPECT_THAT(roughnessOf(base, coat, ""), ElementsAre(102, 20, 20));
+  const std::string moved =
+      R"(,"clearcoatTexture":{"index":0,"extensions":{"KHR_texture_transform":{"scale":[2,2]}}})";
+  EXPECT_THAT(roughnessOf("", moved + coat, ""), ElementsAre(102, 20, 20));
+  EXPECT_TRUE(hasNote(load(), "clearcoatTexture is ignored"));
+  EXPECT_THAT(roughnessOf("", shares, R"(,"KHR_materials_transmission":{"transmissionFactor":1})"),
+              ElementsAre());
+}
+
 TEST_F(Gltf, ExtrasSetReflectanceOfMaterialAndNode) {
   Material m = materialOf(
       R"({"pbrMetallicRoughness":{"metallicFactor":0},"extras":{"catoptric":{"s":0.05,"n":1000}}})");

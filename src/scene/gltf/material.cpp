@@ -82,9 +82,24 @@ class MaterialReader {
       reader_.scene.notes.push_back("primitives without material are diffuse white");
     }
     decodeTextures();
+    for (const PartialCoat& coat : coats_) drawRoughness(coat);
   }
 
  private:
+  /// A lobe's roughness: green of a texture, times a factor.
+  struct Roughness {
+    TextureSlot slot;
+    float factor = 0.0f;
+  };
+  /// A clear coat whose share is a texture's red. Where it covers less than half, the base
+  /// reflects.
+  struct PartialCoat {
+    std::size_t material = 0;
+    float share = 0.0f;
+    Roughness coat;
+    Roughness base;
+  };
+
   void note(const std::string& text) { reader_.scene.notes.push_back(text); }
 
   /// A reference to a texture; `srgb` says how its texels are meant.
@@ -161,7 +176,8 @@ class MaterialReader {
 
   /// A sample has one lobe and one normal. A coat's take the place of a dielectric's own, which is
   /// rougher: what that reflects is added to its diffuse part. A metal reflects more than its coat.
-  bool setClearCoat(const tinygltf::Value& coat, const std::string& place, Material& m) {
+  bool setClearCoat(const tinygltf::Value& coat, const std::string& place, std::size_t index,
+                    Material& m) {
     const auto share = static_cast<float>(numberOr(coat, "clearcoatFactor", 0.0));
     if (!(share > 0.0f)) return false;
     if (share < kLeastShare || m.metallicFactor > 0.0f) {
@@ -171,17 +187,76 @@ class MaterialReader {
     }
     m.baseColor = glm::mix(m.baseColor, Vec3(1.0f), m.dielectricF0);
     m.dielectricF0 = dielectricF0(1.5f, 1.0f);
-    m.roughnessFactor = static_cast<float>(numberOr(coat, "clearcoatRoughnessFactor", 0.0));
-    m.metallicRoughnessTexture = slot(coat, "clearcoatRoughnessTexture", place);
+    const Roughness own{slot(coat, "clearcoatRoughnessTexture", place),
+                        static_cast<float>(numberOr(coat, "clearcoatRoughnessFactor", 0.0))};
+    const Roughness base{m.metallicRoughnessTexture, m.roughnessFactor};
+    const TextureSlot cover = slot(coat, "clearcoatTexture", place);
+    const bool partial =
+        cover.used() && mappedAlike(cover, own.slot) && mappedAlike(cover, base.slot);
+    if (partial) coats_.push_back({index, share, own, base});
+    m.roughnessFactor = own.factor;
+    m.metallicRoughnessTexture = partial ? cover : own.slot;
     if (m.normalTexture.used()) note(place + ": normalTexture is ignored below the clear coat");
     m.normalTexture = slot(coat, "clearcoatNormalTexture", place);
     m.normalScale =
         static_cast<float>(numberOr(member(coat, "clearcoatNormalTexture"), "scale", 1.0));
-    note(place +
-         ": the clear coat reflects in place of its base, with a share of 1; the base is "
-         "diffuse");
-    noteIgnored(coat, {"clearcoatTexture"}, place);
+    note(place + ": the clear coat reflects in place of its base, with a share of 1" +
+         (partial ? " where it covers at least half" : "") + "; the base is diffuse");
+    if (cover.used() && !partial)
+      note(place +
+           ": clearcoatTexture is ignored, because the textures of roughness have other "
+           "coordinates");
     return true;
+  }
+
+  /// Whether both textures show a point at the same place, or the second one is missing.
+  static bool mappedAlike(const TextureSlot& a, const TextureSlot& b) {
+    return !b.used() || (a.uvSet == b.uvSet && a.transform == b.transform);
+  }
+
+  /// Makes the texture of roughness of a coat and its base. The material still has the coat's
+  /// shares in its place, unless it has got another lobe since.
+  void drawRoughness(const PartialCoat& partial) {
+    Material& m = reader_.scene.materials[partial.material];
+    if (!m.metallicRoughnessTexture.used()) return;
+    const auto levelOf = [&](const TextureSlot& slot) {
+      return slot.used()
+                 ? &reader_.scene.textures[static_cast<std::size_t>(slot.texture)].levels.front()
+                 : nullptr;
+    };
+    const MipLevel* const shares = levelOf(m.metallicRoughnessTexture);
+    const MipLevel* const coat = levelOf(partial.coat.slot);
+    const MipLevel* const base = levelOf(partial.base.slot);
+    int width = 0;
+    int height = 0;
+    for (const MipLevel* const level : {shares, coat, base}) {
+      width = std::max(width, level != nullptr ? level->width : 0);
+      height = std::max(height, level != nullptr ? level->height : 0);
+    }
+    reader_.reserveBytes(mipChainBytes(width, height), elementPlace("materials", partial.material));
+    const auto channel = [&](const MipLevel* level, int x, int y, std::size_t c) {
+      if (level == nullptr) return 1.0f;
+      const auto column = static_cast<std::size_t>(std::int64_t{x} * level->width / width);
+      const auto row = static_cast<std::size_t>(std::int64_t{y} * level->height / height);
+      const std::size_t texel = row * static_cast<std::size_t>(level->width) + column;
+      return static_cast<float>(level->rgba[4 * texel + c]) / 255.0f;
+    };
+    std::vector<std::uint8_t> rgba;
+    rgba.reserve(4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const bool covered = partial.share * channel(shares, x, y, 0) >= kLeastShare;
+        const float g = covered ? partial.coat.factor * channel(coat, x, y, 1)
+                                : partial.base.factor * channel(base, x, y, 1);
+        rgba.insert(rgba.end(), {0, static_cast<std::uint8_t>(std::lround(255.0f * g)), 0, kWhite});
+      }
+    Texture texture =
+        reader_.scene.textures[static_cast<std::size_t>(m.metallicRoughnessTexture.texture)];
+    texture.name = m.name + ": roughness";
+    texture.levels = makeMipChain(width, height, std::move(rgba), false);
+    m.roughnessFactor = 1.0f;
+    m.metallicRoughnessTexture.texture = static_cast<int>(reader_.scene.textures.size());
+    reader_.scene.textures.push_back(std::move(texture));
   }
 
   /// Light goes straight on through a thin surface, coloured by it.
@@ -267,7 +342,7 @@ class MaterialReader {
     noteIgnored(specular, {"specularTexture", "specularColorTexture"}, place);
     setAnisotropy(extension(source.extensions, "KHR_materials_anisotropy"), place, m);
     const bool coated =
-        setClearCoat(extension(source.extensions, "KHR_materials_clearcoat"), place, m);
+        setClearCoat(extension(source.extensions, "KHR_materials_clearcoat"), place, index, m);
     setMetallicTint(m);
     // The factor scales the reflection at all angles. A metal's share is not scaled, so of a
     // mixture only the part at normal incidence is.
@@ -412,7 +487,8 @@ class MaterialReader {
 
   Reader& reader_;
   std::map<TextureKey, int> textures_;
-  std::vector<TextureKey> keys_;           ///< of scene.textures
+  std::vector<TextureKey> keys_;  ///< of scene.textures
+  std::vector<PartialCoat> coats_;
   std::map<int, std::string> unreadable_;  ///< images of a kind that some extension adds
 };
 
