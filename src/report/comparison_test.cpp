@@ -221,6 +221,9 @@ TEST_F(CompareRuns, FramesArePooledByPixels) {
   slow.name = "reference";
   slow.rendering.median = 0.2;
   const std::vector<TimingTable> timings{fast, slow};
+  TimingTable cold;
+  cold.frames = 1;
+  EXPECT_EQ(errorSummary(one, std::span(&cold, 1)).columns.back().title, "first frame ms");
   const Table summary = errorSummary(one, timings);
   EXPECT_EQ(summary.rows[0][3], "0.583");
   EXPECT_EQ(summary.rows[0][13], "50.00");

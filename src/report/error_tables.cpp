@@ -1,5 +1,6 @@
 #include "report/error_tables.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "config/json_text.h"
@@ -356,7 +357,9 @@ Table errorSummary(std::span<const RunComparison> comparisons,
   const LayerColumns layers(comparisons);
   table.columns = {{"method", false}, {"against", false}, {"frames", true}};
   appendMeasureColumns(table.columns, layers);
-  if (!timings.empty()) table.columns.push_back({"median ms", true});
+  const bool cold =
+      std::ranges::all_of(timings, [](const TimingTable& t) { return t.frames == 1; });
+  if (!timings.empty()) table.columns.push_back({cold ? "first frame ms" : "median ms", true});
   const auto medianOf = [&](const std::string& name) {
     for (const TimingTable& timing : timings)
       if (timing.name == name) return timing.rendering.median;
