@@ -189,7 +189,11 @@ void addAfter(const RunConfig& run, const methods::MethodPlan& needs, std::size_
     items.push_back({"pass", "readback", "the frame is written to a file", 0});
     if (layers.floats > 0) {
       std::vector<std::string> names = run.image.layers;
-      if (run.image.masks) names.emplace_back("masks");
+      if (run.image.masks) {
+        names.insert(names.end(), {"mask.reflective", "mask.glossy"});
+        for (const methods::MaskInfo& mask : methods::kMasks)
+          if ((needs.masks & mask.bit) != 0) names.emplace_back(mask.name);
+      }
       items.push_back(
           {"pass", "layers", "asked for: " + joined(names, ", "),
            run.image.sampleCount() * layers.sampleBytes + pixels * layers.floats * sizeof(float),

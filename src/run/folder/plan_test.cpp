@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/error.h"
+#include "raster/gbuffer.h"
 
 namespace catoptric::run {
 namespace {
@@ -19,6 +22,7 @@ class Refusing : public methods::Method {
   methods::MethodPlan plan(const scene::Scene&, const methods::RunSettings&) const override {
     methods::MethodPlan plan;
     plan.gbuffer = true;
+    plan.masks = raster::kMaskSky;
     return plan;
   }
   void render(const methods::FrameInput&, methods::Services&, methods::FrameOutput&) override {}
@@ -39,8 +43,9 @@ scene::Scene twoBalls() {
 }
 
 Plan planned(std::vector<methods::Unsupported> refused, int size,
-             const std::string& id = "refusing") {
+             const std::string& id = "refusing", bool masks = false) {
   RunConfig run;
+  run.image.masks = masks;
   run.scene = "room.json";
   run.image.width = run.image.height = size;
   run.methods.push_back({"mine", id, {}, "{}"});
@@ -61,6 +66,13 @@ TEST(Plan, RefusedObjectsAreNamed) {
                  "methods.mine.unsupported=environment_map (or =traced) renders it by that "
                  "method\nmine cannot render the scene of room.json: two moments are needed");
   }
+}
+
+TEST(Plan, MasksAreNamed) {
+  const std::vector<methods::PlanItem> items = planned({}, 8, "refusing", true).methods[0].items;
+  const auto layers = std::ranges::find(items, "layers", &methods::PlanItem::name);
+  ASSERT_NE(layers, items.end());
+  EXPECT_EQ(layers->reason, "asked for: mask.reflective, mask.glossy, mask.sky");
 }
 
 TEST(Plan, ManyRefusedObjectsAreCounted) {

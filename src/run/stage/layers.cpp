@@ -5,30 +5,11 @@
 #include <string>
 #include <utility>
 
+#include "methods/contract/layers.h"
 #include "raster/gbuffer.h"
 
 namespace catoptric::run {
 namespace {
-
-struct Mask {
-  int bit;
-  const char* name;
-  const char* meaning;  ///< samples that ...
-};
-constexpr std::array<Mask, 12> kMasks = {{
-    {raster::kMaskEnvironment, "mask.environment", "are shaded from the environment or a cube map"},
-    {raster::kMaskDisoccluded, "mask.disoccluded", "reflect what the method has no image of"},
-    {raster::kMaskClamped, "mask.clamped", "take their radiance from a texel above 65504"},
-    {raster::kMaskRetraced, "mask.retraced", "were handed to the ray tracer"},
-    {raster::kMaskBelowHorizon, "mask.below_horizon", "have a ray that would enter the surface"},
-    {raster::kMaskSky, "mask.sky", "have a ray that left the scene"},
-    {raster::kMaskTransition, "mask.transition", "have a ray that hits a virtual wall"},
-    {raster::kMaskOffscreen, "mask.offscreen", "have a ray that leaves the frame"},
-    {raster::kMaskBehind, "mask.behind", "have a ray that passes behind what the frame shows"},
-    {raster::kMaskBackface, "mask.backface", "have a ray that meets the back of a surface"},
-    {raster::kMaskTowardCamera, "mask.toward_camera", "have a ray that passes the eye"},
-    {raster::kMaskSteps, "mask.steps", "have a ray that took all of its steps"},
-}};
 
 /// Appends channels computed per pixel to an interleaved image.
 class ChannelAppender {
@@ -144,7 +125,7 @@ void addLayers(image::Image& image, const SampleLayers& layers, int samples, flo
         return reflects(s) && raster::lobeOf(layers.normal[s * 4 + 3]).roughness() > 0.0f ? 1.0f
                                                                                           : 0.0f;
       });
-    for (const Mask& mask : kMasks) {
+    for (const methods::MaskInfo& mask : methods::kMasks) {
       if ((layers.filledMasks & mask.bit) == 0) continue;
       out.mean(mask.name, [&, b = mask.bit](std::size_t s) {
         return reflects(s) && (layers.masks[s] & b) != 0 ? 1.0f : 0.0f;
@@ -166,7 +147,7 @@ const std::vector<methods::SampleLayerInfo>& frameLayers() {
         {"motion", "pixels by which the surface point has moved"},
         {"mask.reflective", "share of the pixel's samples that lie on reflectors"},
         {"mask.glossy", "share of samples that lie on reflectors with roughness above 0"}};
-    for (const Mask& mask : kMasks)
+    for (const methods::MaskInfo& mask : methods::kMasks)
       layers.push_back({mask.name, std::string("share of samples that ") + mask.meaning});
     return layers;
   }();
