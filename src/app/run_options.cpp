@@ -203,7 +203,8 @@ Rows sceneRows(RunOptions& options) {
              "Repeat the option for several folders",
              {.oneEach = true}),
       option("--ground", options.ground, "KIND",
-             "Put a plane below a glTF file, which receives shadows: matte or mirror",
+             "Put a plane below a glTF file, which receives shadows: matte, or mirror "
+             "(s 0.5: half of the light is reflected, so that shadows show)",
              {.notEmpty = true}),
   };
 }
