@@ -58,8 +58,9 @@ def faults_of_choices(file: pathlib.Path):
             high = re.search(r" to ([\d.]+)\)", ratio["text"])
             if not of or not high or of[1] == "traced":
                 continue
-            errors = [values[f"error({run}.{of[1]}, {measure})"].get("value", 0.0) for measure in ("L1_8bit", "flicker")]
-            if max(errors) > most or float(high[1]) > 1.0:
+            error, flicker = (values[f"error({run}.{of[1]}, {measure})"].get("value", 0.0)
+                              for measure in ("L1_8bit", "flicker"))
+            if error > most or flicker > 4 * most or float(high[1]) > 1.0:
                 continue
             perhaps[of[1]] = ratio["value"]
             if float(high[1]) < 1.0:  # 1.00 may be rounded

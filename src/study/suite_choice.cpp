@@ -9,6 +9,9 @@ namespace catoptric::study {
 
 using config::Value;
 
+/// Flicker may be so many times as large as the error: it is of reflective pixels alone. Ours.
+constexpr double kMoreFlicker = 4.0;
+
 std::vector<const SuiteData::Entry*> SuiteData::measuredOf(const std::string& name,
                                                            const Value& cell) const {
   const auto run = runs.find(name.substr(0, name.find('.')));
@@ -41,8 +44,9 @@ SuiteData::Stored SuiteData::front(const std::vector<std::string>& arguments,
   return {markName(judged.mark), judged.mark == Mark::Front ? 1.0 : 0.0};
 }
 
-/// "take(RUN.*, MOST)": the fastest method by whole frames whose error and flicker are at most
-/// MOST, if it is faster than the run's reference with confidence; otherwise the reference.
+/// "take(RUN.*, MOST)": the fastest method by whole frames whose error is at most MOST and whose
+/// flicker is at most kMoreFlicker * MOST, if it is faster than the run's reference with
+/// confidence; otherwise the reference.
 SuiteData::Stored SuiteData::take(const std::vector<std::string>& arguments,
                                   const Value& cell) const {
   const double most = arguments.size() == 2 ? std::atof(arguments[1].c_str()) : 0.0;
@@ -56,7 +60,7 @@ SuiteData::Stored SuiteData::take(const std::vector<std::string>& arguments,
   for (const Entry* one : all) {
     const double error = one->errors.pooled(kChoiceMetric, one->frames);
     const double flicker = one->errors.pooled(kFlicker, one->frames);
-    if (one == *base || !(error <= most) || flicker > most) continue;
+    if (one == *base || !(error <= most) || flicker > kMoreFlicker * most) continue;
     const Ratio ratio = ratioOf(*one, **base);
     if (verdictOf(ratio) != TimeVerdict::Faster || ratio.value >= least) continue;
     best = one;

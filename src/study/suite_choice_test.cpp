@@ -67,7 +67,7 @@ TEST(SuiteChoice, TakesTheFastestWithinErrorAndFlicker) {
   const Room room({{"traced", 0.1, 0.0},
                    {"exact", 0.09, 0.1},
                    {"fast", 0.07, 0.9},
-                   {"flickers", 0.064, 0.9, 1.5},
+                   {"flickers", 0.064, 0.9, 6.0},
                    {"same", 0.0999, 0.0},
                    {"slow", 0.2, 0.01}});
   EXPECT_EQ(room.cell("take(room.*, 0.05)"), "traced");  // "same" is not faster with confidence
