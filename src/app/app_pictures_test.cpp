@@ -105,6 +105,14 @@ TEST_F(App, FramesBecomeFigures) {
     EXPECT_THAT(result.err, HasSubstr(message));
   }
   EXPECT_FALSE(fs::exists(folder / "wrong.png"));
+  ASSERT_EQ(run("render run.json --frames 5,6 --out later").exitCode, 0);
+  ASSERT_EQ(run("render run.json --frames 4 --out none").exitCode, 0);
+  EXPECT_EQ(run("figure run later --out common.png").exitCode, 0);
+  ASSERT_EQ(run("figure run later --frame 5 --out asked.png").exitCode, 0);
+  EXPECT_EQ(textOf(folder / "common.png"), textOf(folder / "asked.png"));
+  EXPECT_EQ(run("figure run --against later --out against.png").exitCode, 0);
+  EXPECT_EQ(run("figure run later/frames/frame.0006.exr --out file.png").exitCode, 0);
+  EXPECT_THAT(run("figure run none --out wrong.png").err, HasSubstr("none: it has no frame 2"));
 }
 
 }  // namespace

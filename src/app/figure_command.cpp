@@ -45,10 +45,13 @@ report::Crop parseCrop(const std::string& text) {
   return {numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
-/// A run's frame. Two single files may have any numbers.
+/// Two single files may have any numbers.
+bool isFile(const report::RunData& run) {
+  return run.frames.size() == 1 && std::filesystem::is_regular_file(run.folder);
+}
+
 std::filesystem::path frameOf(const report::RunData& run, int number) {
-  if (run.frames.size() == 1 && std::filesystem::is_regular_file(run.folder))
-    return run.frames.begin()->second;
+  if (isFile(run)) return run.frames.begin()->second;
   const auto found = run.frames.find(number);
   if (found != run.frames.end()) return found->second;
   throw UsageError(run.folder.string() + ": it has no frame " + std::to_string(number) +
@@ -57,6 +60,20 @@ std::filesystem::path frameOf(const report::RunData& run, int number) {
                    std::to_string(run.frames.rbegin()->first) +
                    ". Frames of different numbers are put side by side as files: " +
                    run.frames.begin()->second.string());
+}
+
+/// The first frame that all runs have; if there is none, the first of the first run.
+int firstCommonFrame(const std::vector<report::RunData>& runs, const report::RunData* against) {
+  const auto has = [](const report::RunData& run, int number) {
+    return isFile(run) || run.frames.contains(number);
+  };
+  const auto folder = std::ranges::find_if_not(runs, isFile);
+  const report::RunData& first = folder != runs.end() ? *folder : runs.front();
+  for (const auto& [number, file] : first.frames)
+    if (std::ranges::all_of(runs, [&](const auto& run) { return has(run, number); }) &&
+        (against == nullptr || has(*against, number)))
+      return number;
+  return first.frames.begin()->first;
 }
 
 /// The rows of a frame: the runs side by side, and below them their differences.
@@ -114,13 +131,12 @@ ExitCode figure(const FigureOptions& options, const CommonOptions&) {
   for (const std::string& run : options.runs) runs.push_back(report::readSequence(run));
   report::RunData against;
   if (!options.against.empty()) against = report::readSequence(options.against);
-  const std::vector<int> frames = options.frames.empty()
-                                      ? std::vector<int>{runs.front().frames.begin()->first}
-                                      : options.frames;
+  const report::RunData* const compared = options.against.empty() ? nullptr : &against;
+  const std::vector<int> frames =
+      options.frames.empty() ? std::vector<int>{firstCommonFrame(runs, compared)} : options.frames;
   report::Figure made{options.title, {}};
   for (const int frame : frames)
-    for (const report::Crop& crop : crops)
-      addRows(made, options, runs, options.against.empty() ? nullptr : &against, frame, crop);
+    for (const report::Crop& crop : crops) addRows(made, options, runs, compared, frame, crop);
   if (options.columns > 0) wrap(made, static_cast<std::size_t>(options.columns));
   writeFileAtomically(options.out, report::drawFigure(made, options.out));
   log::info("figure: " + options.out);
@@ -137,7 +153,7 @@ Command figureCommand(CommonOptions& common) {
       option("--out", options->out, "FILE", "The figure: .png, .pdf or .svg",
              {.required = true, .notEmpty = true}),
       option("--frame", options->frames, "N",
-             "Frames, separated by commas; each gets a row [the first frame of the first run]",
+             "Frames, separated by commas; each gets a row [the first that all runs have]",
              {.commas = true}),
       option("--crop", options->crops, "X,Y,W,H",
              "Show only this part, in pixels from the upper left corner; each --crop gets a row",
