@@ -64,15 +64,15 @@ std::filesystem::path frameOf(const report::RunData& run, int number) {
 
 /// The first frame that all runs have; if there is none, the first of the first run.
 int firstCommonFrame(const std::vector<report::RunData>& runs, const report::RunData* against) {
-  const auto has = [](const report::RunData& run, int number) {
-    return isFile(run) || run.frames.contains(number);
-  };
   const auto folder = std::ranges::find_if_not(runs, isFile);
   const report::RunData& first = folder != runs.end() ? *folder : runs.front();
-  for (const auto& [number, file] : first.frames)
-    if (std::ranges::all_of(runs, [&](const auto& run) { return has(run, number); }) &&
-        (against == nullptr || has(*against, number)))
-      return number;
+  for (const auto& frame : first.frames) {
+    const auto hasFrame = [&](const report::RunData& run) {
+      return isFile(run) || run.frames.contains(frame.first);
+    };
+    if (std::ranges::all_of(runs, hasFrame) && (against == nullptr || hasFrame(*against)))
+      return frame.first;
+  }
   return first.frames.begin()->first;
 }
 
