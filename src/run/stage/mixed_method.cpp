@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/log.h"
 #include "core/text.h"
 #include "methods/contract/keeps.h"
 #include "methods/shared/reflectors.h"
@@ -297,6 +298,8 @@ class Assignment {
         scene_.objects.end())
       rule.place.fail(quoted(rule.pattern) + " is both a kind of reflectors and the name of an " +
                       "object; for the object, write " + quoted(rule.pattern + "*"));
+    if (std::ranges::find(classes_, kindOf(rule.pattern)) == classes_.end())
+      log::info("no reflector of this scene is of the kind " + quoted(rule.pattern));
   }
 
   void checkName(const ReflectorRule& rule) const {
@@ -312,9 +315,14 @@ class Assignment {
     }
     std::ranges::sort(names);
     names.erase(std::unique(names.begin(), names.end()), names.end());
-    const std::string allowed = names.empty()
-                                    ? "; nothing in this scene reflects"
-                                    : "; the reflective objects are " + joined(names, ", ");
+    std::string allowed = "; nothing in this scene reflects";
+    if (!names.empty()) {
+      std::vector<std::string> kinds;
+      for (const ReflectorKind& kind : kReflectorKinds) kinds.emplace_back(kind.name);
+      allowed = "; the reflective objects are " + joined(names, ", ") + "; the kinds are " +
+                joined(kinds, ", ");
+      names.insert(names.end(), kinds.begin(), kinds.end());
+    }
     if (any)
       rule.place.fail(quoted(rule.pattern) + " does not reflect: its material has s = 0" + allowed);
     rule.place.fail("no object of the scene is called " + quoted(rule.pattern) +

@@ -172,6 +172,12 @@ TEST(Mixture, KindsOfReflectorsAreWeakerThanNames) {
   EXPECT_EQ(mixed.differing(Frame(R"("traced")"), kMirror).first, 0);
 }
 
+TEST(Mixture, MisspelledKindsAreSuggested) {
+  EXPECT_THAT(
+      [] { methodOf(R"({"method": "traced", "reflectors": {"glosy": "planar"}})", room()); },
+      testing::ThrowsMessage<UsageError>(HasSubstr(R"(did you mean "glossy"?)")));
+}
+
 TEST(Mixture, AKindThatIsAlsoAnObjectsNameIsAnError) {
   scene::Scene scene = room();
   const std::string config = R"({"method": "traced", "reflectors": {"glossy": "environment_map"}})";
