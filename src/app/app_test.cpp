@@ -440,7 +440,7 @@ TEST_F(App, EnvironmentsThatAreNoFilesAreNamed) {
                                        << std::string(16, '\x80');
   EXPECT_THAT(run("plan run.json --environment square.hdr").err,
               HasSubstr("is 2 x 2 pixels; a latitude-longitude map is twice as wide"));
-  EXPECT_THAT(run("info /tmp").err, HasSubstr("/tmp: is a folder; give a run config or a scene"));
+  EXPECT_THAT(run("info /tmp").err, HasSubstr("/tmp: is a folder; give a file"));
   EXPECT_THAT(run("plan run.json --wait nan").err, HasSubstr("--wait"));
   EXPECT_THAT(run("plan run.json --environment /dev/null").err,
               HasSubstr("/dev/null is not a regular file; an "));

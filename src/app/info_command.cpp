@@ -247,7 +247,7 @@ ExitCode info(RunOptions options, const CommonOptions& common) {
   options.input = listedFile(options.input, {"scenes"});
   const std::string& input = options.input;
   requireScene(input);
-  const scene::Scene scene = run::loadScene(readRun(options));
+  const scene::Scene scene = run::loadScene(readScene(options));
   // Reads the environment's image: it may be bad.
   static_cast<void>(frame::EnvironmentLight(scene.environment));
   const std::vector<bool> moving = scene::movingObjects(scene);

@@ -283,6 +283,22 @@ config::Value inputConfig(const RunOptions& options, const std::filesystem::path
   return root;
 }
 
+void set(config::Value& root, const std::string& name, const std::string& value,
+         const std::string& json, const char* option) {
+  if (!value.empty()) root = config::withSetting(root, name, json, option + (" " + value));
+}
+
+/// Applies the options of sceneRows().
+void setSceneOptions(config::Value& root, const RunOptions& options) {
+  set(root, "environment", options.environment, config::jsonString(options.environment),
+      "--environment");
+  if (!options.assetPaths.empty()) root = config::withSetting(root, "asset_paths", "[]");
+  for (std::size_t i = 0; i < options.assetPaths.size(); ++i)
+    set(root, "asset_paths." + std::to_string(i), options.assetPaths[i],
+        config::jsonString(options.assetPaths[i]), "--asset-path");
+  set(root, "ground", options.ground, config::jsonString(options.ground), "--ground");
+}
+
 }  // namespace
 
 InputConfig readConfig(const RunOptions& options) {
@@ -302,27 +318,18 @@ InputConfig readConfig(const RunOptions& options) {
                        "\": must be name=value, such as --set image.width=256");
     root = changed(root, setting.substr(0, equals), setting.substr(equals + 1));
   }
-  const auto set = [&](const char* name, const std::string& value, const std::string& json,
-                       const std::string& option) {
-    if (!value.empty()) root = config::withSetting(root, name, json, option + " " + value);
-  };
   if (!options.camera.empty()) {
     for (const std::string& setting : options.settings)
       if (setting.starts_with("path="))
         throw UsageError("--set " + setting + " and --camera contradict each other; give one");
     root = config::without(root, {"path"});
   }
-  set("camera", options.camera, config::jsonString(options.camera), "--camera");
-  set("environment", options.environment, config::jsonString(options.environment), "--environment");
-  if (!options.assetPaths.empty()) root = config::withSetting(root, "asset_paths", "[]");
-  for (std::size_t i = 0; i < options.assetPaths.size(); ++i)
-    set(("asset_paths." + std::to_string(i)).c_str(), options.assetPaths[i],
-        config::jsonString(options.assetPaths[i]), "--asset-path");
-  set("ground", options.ground, config::jsonString(options.ground), "--ground");
-  set("frames", options.frames, config::jsonString(options.frames), "--frames");
-  set("device", options.device, config::jsonString(options.device), "--device");
-  set("threads", options.threads, options.threads, "--threads");
-  set("seed", options.seed, options.seed, "--seed");
+  set(root, "camera", options.camera, config::jsonString(options.camera), "--camera");
+  setSceneOptions(root, options);
+  set(root, "frames", options.frames, config::jsonString(options.frames), "--frames");
+  set(root, "device", options.device, config::jsonString(options.device), "--device");
+  set(root, "threads", options.threads, options.threads, "--threads");
+  set(root, "seed", options.seed, options.seed, "--seed");
   run::RunConfig run = run::readRunConfig(root, file, methods::registry(), options.methods);
   run.inputs = std::move(inputs);
   return {std::move(root), std::move(run)};
@@ -332,6 +339,12 @@ run::RunConfig readRun(const RunOptions& options) {
   run::RunConfig run = readConfig(options).run;
   setThreadCount(run.threads);
   return run;
+}
+
+run::RunConfig readScene(const RunOptions& options) {
+  config::Value root = run::configOfScene(options.input, {methods::kDefaultMethod});
+  setSceneOptions(root, options);
+  return run::readRunConfig(root, options.input, methods::registry());
 }
 
 std::string portableConfig(const InputConfig& input) {

@@ -29,4 +29,8 @@ std::string portableConfig(const InputConfig& input);
 /// then the named options. Sets the thread count. Throws UsageError.
 run::RunConfig readRun(const RunOptions& options);
 
+/// The run config of the scene `options.input`, with the options of sceneRows(). The file is not
+/// read. Throws UsageError.
+run::RunConfig readScene(const RunOptions& options);
+
 }  // namespace catoptric::app
