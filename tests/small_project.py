@@ -1,7 +1,6 @@
 """A scene of two objects, a run of it, a night and a suite, whose commands take moments: what tests disturb."""
 import json
 import os
-import re
 import subprocess
 
 SCENE = {"objects": [
@@ -45,8 +44,3 @@ def start(program, folder, command):
     """The command in a copy of that folder, with its cache."""
     return subprocess.Popen([program, *command.split()], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
                             env=dict(os.environ, CATOPTRIC_CACHE=str(folder / "cache")))
-
-
-def errors(path):
-    """What a study has measured of frames, without the memory, which differs from run to run."""
-    return re.sub('"peak_memory_mb":[0-9]+,', "", path.read_text())

@@ -228,10 +228,8 @@ FrameReport WorkerProcess::ask(int frame, const std::string& text) {
   for (const auto& [name, count] : numbersOf(answer.get("counters")))
     report.counters[name] = static_cast<std::uint64_t>(count);
   if (answer.has("pixels")) report.pixels = answer.get("pixels").asString();
-  if (answer.has("memory_bytes")) {
+  if (answer.has("memory_bytes"))
     memoryBytes_ = static_cast<std::uint64_t>(answer.get("memory_bytes").asNumber());
-    report.counters[kPeakMemory] = memoryBytes_ / 1'000'000;
-  }
   return report;
 }
 

@@ -25,9 +25,6 @@ struct Patience {
   std::function<bool()> stopRequested;  ///< asked while a worker gives no answer; may be empty
 };
 
-/// The counter of written frames that has the most memory of their process so far, MB.
-inline constexpr const char* kPeakMemory = "peak_memory_mb";
-
 class WorkerProcess : public Runner {
  public:
   /// Starts `program` with "worker" and `arguments`, and waits until it can render. Its stderr goes
