@@ -87,8 +87,7 @@ std::string describeCase(const NightCase& one) {
     for (const Value& entry :
          root.has("methods") ? root.get("methods").asArray() : std::vector<Value>{}) {
       if (entry.kind() != Value::Kind::Object) continue;
-      const Value name = entry.get(entry.has("name") ? "name" : "method");
-      if (!name.isNull() && name.asString() == one.method) describe(entry, "method", text);
+      if (run::entryName(entry) == one.method) describe(entry, "method", text);
     }
   }
   for (const auto& [name, value] : one.scene.settings) {

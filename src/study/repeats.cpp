@@ -25,6 +25,20 @@ std::vector<std::string> stepsOf(const Measurement& measurement) {
   return steps;
 }
 
+/// A time of the settings in ms, and its ratios to that of `base`.
+std::vector<std::string> timesRow(const Measurement& measurement,
+                                  const std::vector<std::size_t>& measured,
+                                  const std::optional<std::size_t>& base, const TimeKind& kind) {
+  std::vector<std::string> row{timeName(kind)};
+  for (const std::size_t i : measured) {
+    row.push_back(milliseconds(measurement.seconds(i, kind)));
+    row.push_back(
+        base ? ratioText(pairedRatio(measurement.times(i, kind), measurement.times(*base, kind)))
+             : "");
+  }
+  return row;
+}
+
 }  // namespace
 
 std::string ratioMethod(const run::RunConfig& run, const std::string& ratioTo) {
@@ -42,20 +56,6 @@ std::string ratioMethod(const run::RunConfig& run, const std::string& ratioTo) {
   for (const char* name : {"traced", "reference"})
     if (has(name)) return name;
   return names.front();
-}
-
-/// Ms of reflection alone and their ratios to `base`.
-static std::vector<std::string> reflectionRow(const Measurement& measurement,
-                                              const std::vector<std::size_t>& measured,
-                                              const std::optional<std::size_t>& base) {
-  constexpr TimeKind kind{Clock::Wall, TimeKind::Of::Reflection};
-  std::vector<std::string> row{timeName(kind)};
-  for (const std::size_t i : measured) {
-    const RoundTimes own = measurement.times(i, kind);
-    row.push_back(milliseconds(frameSeconds(own).mean));
-    row.push_back(base ? ratioText(pairedRatio(own, measurement.times(*base, kind))) : "");
-  }
-  return row;
 }
 
 RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::string& base,
@@ -77,7 +77,6 @@ RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::st
                 " interleaved rounds; x: time divided by that of " + base +
                 ", with the 95 % confidence interval";
   table.columns = {{"step", false}};
-  std::vector<std::string> frame{"steady frame"};
   std::vector<std::string> methods;
   std::vector<std::size_t> measured;
   const auto ofBase = std::find_if(settings.begin(), settings.end(), [&](const auto& setting) {
@@ -93,10 +92,8 @@ RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::st
     measured.push_back(*i);
     table.columns.push_back({setting.point.method, true});
     table.columns.push_back({"x", false});
-    frame.push_back(milliseconds(measurement.seconds(*i, {})));
     const Ratio ratio =
         baseIndex ? pairedRatio(measurement.times(*i), measurement.times(*baseIndex)) : Ratio{};
-    frame.push_back(baseIndex ? ratioText(ratio) : "");
     config::JsonText text;
     text.add("name", setting.point.method)
         .add("seconds", measurement.seconds(*i, {}))
@@ -117,8 +114,8 @@ RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::st
     table.rows.push_back(row);
   }
   table.rows.emplace_back();
-  table.rows.push_back(frame);
-  table.rows.push_back(reflectionRow(measurement, measured, baseIndex));
+  for (const TimeKind::Of of : {TimeKind::Of::Steady, TimeKind::Of::Reflection})
+    table.rows.push_back(timesRow(measurement, measured, baseIndex, {Clock::Wall, of}));
   for (const TimeKind& kind : {first, mean}) {
     std::vector<std::string> row{timeName(kind)};
     for (const std::size_t i : measured) {

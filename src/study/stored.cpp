@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/hash.h"
+#include "run/config/run_config.h"
 
 namespace catoptric::study {
 namespace {
@@ -21,11 +22,8 @@ const SuiteRun* runOf(const Suite& suite, const std::string& name) {
 
 /// A config's method as it is written; null: it has none of that name.
 Value methodOf(const Value& config, const std::string& name) {
-  for (const Value& method : config.get("methods").asArray()) {
-    const bool bare = method.kind() == Value::Kind::String;
-    const Value named = bare ? method : method.get(method.has("name") ? "name" : "method");
-    if (named.asString() == name) return method;
-  }
+  for (const Value& method : config.get("methods").asArray())
+    if (run::entryName(method) == name) return method;
   return {};
 }
 

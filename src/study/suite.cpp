@@ -89,6 +89,11 @@ bool isRatio(const std::string& name) {
   return name == "ratio" || name == "reflection_ratio";
 }
 
+/// Functions that compare all methods of a run.
+bool isChoice(const std::string& name) {
+  return name == "front" || name == "take";
+}
+
 /// The time that a function of times takes.
 TimeKind timeOf(const std::string& name) {
   return {Clock::Wall,
@@ -517,9 +522,8 @@ std::vector<std::pair<std::string, std::string>> methodsOfCell(const std::string
     if (i > first && !isRatio(call.name) && call.arguments[0] != "ratio") break;
     const std::string& name = call.arguments[i];
     const std::size_t dot = std::min(name.find('.'), name.size());
-    const bool all = call.name == "front" || call.name == "take";  // of the run
     methods.emplace_back(name.substr(0, dot),
-                         all ? "*" : name.substr(std::min(dot + 1, name.size())));
+                         isChoice(call.name) ? "*" : name.substr(std::min(dot + 1, name.size())));
   }
   return methods;
 }
@@ -529,10 +533,10 @@ std::vector<std::string> metricsOf(const Suite& suite, const std::string& run) {
   for (const std::string& cell : callsOf(suite)) {
     const auto methods = methodsOfCell(cell);
     if (std::ranges::none_of(methods, [&](const auto& one) { return one.first == run; })) continue;
-    if (parseCall(cell).name == "front" || parseCall(cell).name == "take")
-      asked.insert(asked.end(), {kChoiceMetric, kFlicker});
+    const Call call = parseCall(cell);
+    if (isChoice(call.name)) asked.insert(asked.end(), {kChoiceMetric, kFlicker});
     std::ranges::copy_if(
-        parseCall(cell).arguments, std::back_inserter(asked), [](const std::string& argument) {
+        call.arguments, std::back_inserter(asked), [](const std::string& argument) {
           return std::ranges::find(metrics(), argument, &MetricInfo::name) != metrics().end();
         });
   }

@@ -6,6 +6,7 @@
 #include "config/json_text.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "run/config/run_config.h"
 #include "study/suite.h"
 
 namespace catoptric::study {
@@ -27,11 +28,7 @@ std::vector<std::string> methodsOf(const SuiteRun& run) {
   if (!run.methods.empty()) return run.methods;
   std::vector<std::string> names;
   const Value methods = config::parseFile(run.config).get("methods");
-  for (const Value& method : methods.asArray()) {
-    const bool bare = method.kind() == Value::Kind::String;
-    names.push_back(
-        (bare ? method : method.get(method.has("name") ? "name" : "method")).asString());
-  }
+  for (const Value& method : methods.asArray()) names.push_back(run::entryName(method));
   return names;
 }
 

@@ -157,7 +157,9 @@ report::Table sweepTable(const SweepResult& result) {
     };
     add("first frame", TimeKind::Of::First);
     add("steady frame", TimeKind::Of::Steady);
-    table.columns.push_back({"reflection alone ms", true});
+    // Steps have no CPU time
+    table.columns.push_back(
+        {time.clock == Clock::Cpu ? "reflection alone wall ms" : "reflection alone ms", true});
     add(mean, TimeKind::Of::Mean);
     table.columns.push_back({"ratio", false});
   }

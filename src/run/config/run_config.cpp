@@ -58,8 +58,7 @@ const OptionTable<RunConfig>& imageTable() {
              "(docs/outputs.md)."),
        field(in(&RunConfig::image, &RunSettings::countDisocclusions), "count_disocclusions",
              "second_order, perturbation, screen_space: also trace each reflection, and count "
-             "disocclusions "
-             "(mask.disoccluded); slow."),
+             "disocclusions (mask.disoccluded); slow."),
        field(in(&RunConfig::image, &RunSettings::fresnelSchlick), "fresnel",
              "Weight reflections by Schlick's Fresnel term with F0 = s, instead of s."),
        field(&RunConfig::halfBeauty, "half",
@@ -526,6 +525,12 @@ std::string RunConfig::pixelSettings(const MethodConfig& method) const {
       .add("seed", image.seed)
       .add("device", device)
       .object();
+}
+
+std::string entryName(const Value& entry) {
+  if (entry.kind() == Value::Kind::String) return entry.asString();
+  const Value name = entry.get(entry.has("name") ? "name" : "method");
+  return name.isNull() ? "" : name.asString();
 }
 
 Value configOfScene(const std::filesystem::path& scene, const std::vector<std::string>& methods) {

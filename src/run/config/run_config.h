@@ -115,6 +115,9 @@ RunConfig readRunConfig(const config::Value& root, const std::filesystem::path& 
 config::Value configOfScene(const std::filesystem::path& scene,
                             const std::vector<std::string>& methods);
 
+/// The name of an entry of `methods`; empty: it has none.
+std::string entryName(const config::Value& entry);
+
 /// The kind of a JSON file, recognised by the names of its members.
 enum class FileKind { Unknown, RunConfig, Scene, Path };
 FileKind fileKind(const config::Value& root);
