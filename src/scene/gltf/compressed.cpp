@@ -200,11 +200,12 @@ void unpackViews(Reader& reader) {
   }
 }
 
-/// A primitive that Draco compressed.
+/// A primitive that Draco compressed. Primitives of one buffer view share its mesh.
 struct DracoJob {
   const tinygltf::Primitive* primitive = nullptr;
   std::string place;
-  std::unique_ptr<draco::Mesh> mesh;
+  std::size_t view = 0;
+  std::shared_ptr<const draco::Mesh> mesh;
 };
 
 /// The numbers of faces that a Draco mesh has by its header: Draco takes memory for so many before
@@ -242,34 +243,37 @@ std::optional<std::uint64_t> facesOf(const Reader& reader, std::span<const std::
   return faces;
 }
 
+/// The primitive's accessor of indices must have those of as many faces.
+void checkIndices(const Reader& reader, const DracoJob& job, std::uint64_t faces) {
+  const std::size_t indices = reader.countOf(job.primitive->indices);
+  if (faces * 3 != indices)
+    reader.fail(job.place + "/indices",
+                elementPlace("accessors", static_cast<std::size_t>(job.primitive->indices)) +
+                    " has " + std::to_string(indices) + " elements, the Draco mesh " +
+                    std::to_string(faces * 3));
+}
+
 void decode(Reader& reader, DracoJob& job) {
-  const tinygltf::Value& packed = extension(job.primitive->extensions, kDraco);
   const std::string place = job.place + "/extensions/" + kDraco;
-  const std::span<const std::uint8_t> bytes =
-      reader.bytesOf(static_cast<int>(sizeOr(packed, "bufferView")), place);
+  const std::span<const std::uint8_t> bytes = reader.bytesOf(static_cast<int>(job.view), place);
   const auto refuse = [&](const std::string& why) {
     reader.fail(place, "the " + std::to_string(bytes.size()) + " bytes are no Draco mesh" + why);
   };
   const std::optional<std::uint64_t> faces = facesOf(reader, bytes, place);
   if (!faces) refuse(": their header is damaged");
-  const std::size_t indices = reader.countOf(job.primitive->indices);
-  if (*faces * 3 != indices)
-    reader.fail(job.place + "/indices",
-                elementPlace("accessors", static_cast<std::size_t>(job.primitive->indices)) +
-                    " has " + std::to_string(indices) + " elements, the Draco mesh " +
-                    std::to_string(*faces * 3));
-  reader.reserveBytes(indices * kDracoBytes, place);
+  checkIndices(reader, job, *faces);
+  reader.reserveBytes(3 * *faces * kDracoBytes, place);
   draco::DecoderBuffer in;
   in.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  auto mesh = draco::Decoder().DecodeMeshFromBuffer(&in);
-  if (!mesh.ok()) refuse(": " + mesh.status().error_msg_string());
-  job.mesh = std::move(mesh).value();
+  auto decoded = draco::Decoder().DecodeMeshFromBuffer(&in);
+  if (!decoded.ok()) refuse(": " + decoded.status().error_msg_string());
+  std::unique_ptr<draco::Mesh> mesh = std::move(decoded).value();
   // Damaged data may have made fewer faces, or such of points that it lacks.
-  bool good = job.mesh->num_faces() == *faces;
-  for (draco::FaceIndex f(0); good && f < job.mesh->num_faces(); ++f)
-    for (const draco::PointIndex& point : job.mesh->face(f))
-      good &= point.value() < job.mesh->num_points();
+  bool good = mesh->num_faces() == *faces;
+  for (draco::FaceIndex f(0); good && f < mesh->num_faces(); ++f)
+    for (const draco::PointIndex& point : mesh->face(f)) good &= point.value() < mesh->num_points();
   if (!good) refuse(": its faces are damaged");
+  job.mesh = std::move(mesh);
 }
 
 /// The values of an attribute at all points, of the accessor's type.
@@ -318,21 +322,29 @@ void setBytes(Reader& reader, int accessor, std::vector<unsigned char> bytes) {
   a.byteOffset = 0;
 }
 
-/// The accessors that Draco's meshes have filled, with the buffer view of the mesh.
-using Filled = std::map<int, std::size_t>;
+/// Where the values of an accessor come from.
+struct DracoSource {
+  std::size_t view;
+  std::int64_t attribute;  ///< -1: the corners of faces
+  bool operator==(const DracoSource&) const = default;
+};
+/// The accessors that Draco's meshes have filled.
+using Filled = std::map<int, DracoSource>;
+
+/// Whether an accessor is still to be filled. Throws if it has been filled from elsewhere.
+bool claim(Reader& reader, int accessor, const DracoSource& source, const std::string& place,
+           Filled& filled) {
+  const auto [found, isNew] = filled.try_emplace(accessor, source);
+  if (!isNew && found->second != source)
+    reader.fail(place, elementPlace("accessors", static_cast<std::size_t>(accessor)) +
+                           " would have the values of two attributes, of " +
+                           elementPlace("bufferViews", found->second.view) + " and " +
+                           elementPlace("bufferViews", source.view));
+  return isNew;
+}
 
 void install(Reader& reader, const DracoJob& job, Filled& filled) {
-  const tinygltf::Value& packed = extension(job.primitive->extensions, kDraco);
-  const tinygltf::Value& ids = member(packed, "attributes");
-  const auto claim = [&](int accessor, const std::string& place) {
-    const std::size_t view = sizeOr(packed, "bufferView");
-    const auto [found, isNew] = filled.try_emplace(accessor, view);
-    if (!isNew && found->second != view)
-      reader.fail(place, elementPlace("accessors", static_cast<std::size_t>(accessor)) +
-                             " is that of two Draco meshes, " +
-                             elementPlace("bufferViews", found->second) + " and " +
-                             elementPlace("bufferViews", view));
-  };
+  const tinygltf::Value& ids = member(extension(job.primitive->extensions, kDraco), "attributes");
   for (const std::string& name : ids.Keys()) {
     const std::string place = job.place + "/extensions/" + kDraco + "/attributes/" + name;
     const auto id = static_cast<std::uint32_t>(numberOr(ids, name, 0.0));
@@ -340,7 +352,7 @@ void install(Reader& reader, const DracoJob& job, Filled& filled) {
     if (attribute == nullptr)
       reader.fail(place, "the Draco mesh has no attribute " + std::to_string(id));
     const int index = job.primitive->attributes.at(name);
-    claim(index, place);
+    if (!claim(reader, index, {job.view, id}, place, filled)) continue;
     const std::string self = elementPlace("accessors", static_cast<std::size_t>(index));
     const std::size_t points = job.mesh->num_points();
     if (reader.countOf(index) != points)
@@ -358,30 +370,44 @@ void install(Reader& reader, const DracoJob& job, Filled& filled) {
       reader.fail(place, "the Draco mesh has values that " + self + " cannot hold");
     setBytes(reader, index, std::move(bytes));
   }
-  claim(job.primitive->indices, job.place + "/indices");
+  const int indices = job.primitive->indices;
+  if (!claim(reader, indices, {job.view, -1}, job.place + "/indices", filled)) return;
   std::vector<std::uint32_t> corners;
   corners.reserve(3 * static_cast<std::size_t>(job.mesh->num_faces()));
   for (draco::FaceIndex f(0); f < job.mesh->num_faces(); ++f)
     for (const draco::PointIndex& point : job.mesh->face(f)) corners.push_back(point.value());
   const auto raw = std::as_bytes(std::span(corners));
   const auto* first = reinterpret_cast<const unsigned char*>(raw.data());
-  setBytes(reader, job.primitive->indices, {first, first + raw.size()});
-  reader.model.accessors[static_cast<std::size_t>(job.primitive->indices)].componentType =
+  setBytes(reader, indices, {first, first + raw.size()});
+  reader.model.accessors[static_cast<std::size_t>(indices)].componentType =
       TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
 }
 
 void unpackPrimitives(Reader& reader) {
   std::vector<DracoJob> jobs;
+  std::map<std::size_t, std::size_t> firstOf;  // job of each buffer view
+  std::vector<std::size_t> first;
   for (std::size_t m = 0; m < reader.model.meshes.size(); ++m) {
     const std::vector<tinygltf::Primitive>& primitives = reader.model.meshes[m].primitives;
-    for (std::size_t p = 0; p < primitives.size(); ++p)
-      if (extension(primitives[p].extensions, kDraco).IsObject())
-        jobs.push_back({&primitives[p],
-                        elementPlace("meshes", m) + "/primitives/" + std::to_string(p), nullptr});
+    for (std::size_t p = 0; p < primitives.size(); ++p) {
+      const tinygltf::Value& packed = extension(primitives[p].extensions, kDraco);
+      if (!packed.IsObject()) continue;
+      const std::size_t view = sizeOr(packed, "bufferView");
+      if (firstOf.try_emplace(view, jobs.size()).second) first.push_back(jobs.size());
+      jobs.push_back({&primitives[p],
+                      elementPlace("meshes", m) + "/primitives/" + std::to_string(p), view,
+                      nullptr});
+    }
   }
-  forEach(jobs.size(), [&](std::size_t i) { decode(reader, jobs[i]); });
+  forEach(first.size(), [&](std::size_t i) { decode(reader, jobs[first[i]]); });
   Filled filled;
-  for (const DracoJob& job : jobs) install(reader, job, filled);
+  for (DracoJob& job : jobs) {
+    if (!job.mesh) {
+      job.mesh = jobs[firstOf.at(job.view)].mesh;
+      checkIndices(reader, job, job.mesh->num_faces());
+    }
+    install(reader, job, filled);
+  }
 }
 
 }  // namespace

@@ -120,7 +120,7 @@ struct Damaged {
   std::string message;
 };
 
-std::string errorOfDamaged(const Damaged& c) {
+std::filesystem::path writeDamaged(const TemporaryFolder& folder, const Damaged& c) {
   const std::vector<std::byte> bytes = readFile(sample(c.file));
   std::string glb(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   std::uint32_t length = 0;
@@ -129,11 +129,16 @@ std::string errorOfDamaged(const Damaged& c) {
   std::string data = glb.substr(28 + length);
   std::string& part = json.find(c.from) != std::string::npos ? json : data;
   const std::size_t at = part.find(c.from);
-  if (at == std::string::npos) return "(no " + c.from + ")";
-  part.replace(at, c.from.size(), c.to);
+  EXPECT_NE(at, std::string::npos) << c.from;
+  if (at != std::string::npos) part.replace(at, c.from.size(), c.to);
+  return folder.write("damaged.glb", GltfWriter::glbBytes(json, data));
+}
+
+std::string errorOfDamaged(const Damaged& c) {
   const TemporaryFolder folder;
+  const std::filesystem::path file = writeDamaged(folder, c);
   try {
-    loadGltf(folder.write("damaged.glb", GltfWriter::glbBytes(json, data)));
+    loadGltf(file);
   } catch (const SceneError& e) {
     return e.what();
   }
@@ -189,6 +194,38 @@ TEST(GltfCompressed, DamagedDraco) {
        "is not among the primitive's attributes"},
       {"draco.glb", "\"mode\":4", "\"mode\":5", primitive + "/mode", "must be 4"},
       {"draco.glb", "\"indices\":0,", "", primitive, "\"indices\" is missing"},
+  });
+}
+
+TEST(GltfCompressed, PrimitivesOfOneBufferViewDecodeItOnce) {
+  const std::string accessors = R"({"attributes":{"POSITION":1,"NORMAL":2,"TEXCOORD_0":3},)";
+  const std::string ids =
+      R"(,"extensions":{"KHR_draco_mesh_compression":{"bufferView":1,"attributes":{)";
+  const auto primitive = [&](const std::string& indices, const std::string& position) {
+    return accessors + R"("mode":4,"material":0,"indices":)" + indices + ids + R"("POSITION":)" +
+           position + R"(,"NORMAL":1,"TEXCOORD_0":2}}}})";
+  };
+  const std::string one = primitive("0", "0");
+  std::string many = one;
+  constexpr std::size_t kPrimitives = 64;
+  for (std::size_t i = 1; i < kPrimitives; ++i) many += "," + one;
+  const TemporaryFolder folder;
+  LoadLimits limits;
+  limits.maxBytes = std::size_t{2} << 20;  // 64 decoded meshes would take 3.5 MB
+  const Scene scene = loadGltf(writeDamaged(folder, {"draco.glb", one, many, "", ""}), limits);
+  ASSERT_EQ(scene.meshes.size(), kPrimitives);
+  for (const Mesh& mesh : scene.meshes) {
+    EXPECT_EQ(mesh.indices.size(), std::size_t{1728});
+    EXPECT_EQ(mesh.positions, scene.meshes[0].positions);
+    EXPECT_EQ(mesh.indices, scene.meshes[0].indices);
+  }
+  const std::string second = "/meshes/0/primitives/1";
+  expectErrors({
+      {"draco.glb", one, one + "," + primitive("4", "0"), second + "/indices",
+       "has 2 elements, the Draco mesh 1728"},
+      {"draco.glb", one, one + "," + primitive("0", "1"),
+       second + "/extensions/KHR_draco_mesh_compression/attributes/POSITION",
+       "would have the values of two attributes"},
   });
 }
 
