@@ -19,6 +19,7 @@
 #include "raster/scene_gpu/materials.h"
 #include "raster/scene_gpu/scene_gpu.h"
 #include "scene/animate.h"
+#include "scene/reflectance.h"
 #include "trace/lobes/lobe_tracer.h"
 
 namespace catoptric::run {
@@ -301,6 +302,13 @@ std::string bytesText(std::uint64_t bytes) {
 
 namespace {
 
+/// What a reflector is that nobody takes for one; "" for others.
+std::string weakly(const scene::Scene& scene, const scene::Object& object) {
+  const float s = scene.materials[static_cast<std::size_t>(object.material)].specularLevel;
+  if (!(s > 0.0f) || s >= scene::kReflectiveThreshold) return "";
+  return fmt::format(" (which reflects {:.2g} %, as plastic does)", 100.0f * s);
+}
+
 /// Appends a line for each of the first objects that method `i` of the run does not support, and
 /// one for all others.
 void appendRefusals(std::vector<std::string>& lines, const RunConfig& run, std::size_t i,
@@ -312,7 +320,8 @@ void appendRefusals(std::vector<std::string>& lines, const RunConfig& run, std::
     const std::size_t index = static_cast<std::size_t>(unsupported.object - 1);
     const std::string what = unsupported.object > 0 && index < scene.objects.size()
                                  ? "object " + std::to_string(unsupported.object) + " \"" +
-                                       scene.objects[index].name + "\""
+                                       scene.objects[index].name + "\"" +
+                                       weakly(scene, scene.objects[index])
                                  : "the scene";
     lines.push_back(start + what + " of " + run.scene.generic_string() + ": " + unsupported.reason +
                     (unsupported.object > 0 ? "; " + hint(run.methods[i]) : ""));

@@ -43,7 +43,8 @@ scene::Scene twoBalls() {
 }
 
 Plan planned(std::vector<methods::Unsupported> refused, int size,
-             const std::string& id = "refusing", bool masks = false) {
+             const std::string& id = "refusing", bool masks = false,
+             const scene::Scene& scene = twoBalls()) {
   RunConfig run;
   run.image.masks = masks;
   run.scene = "room.json";
@@ -51,7 +52,7 @@ Plan planned(std::vector<methods::Unsupported> refused, int size,
   run.methods.push_back({"mine", id, {}, "{}"});
   std::vector<std::unique_ptr<methods::Method>> made;
   made.push_back(std::make_unique<Refusing>(std::move(refused)));
-  return makePlan(run, twoBalls(), frame::EnvironmentLight(scene::Environment{}), 3, made);
+  return makePlan(run, scene, frame::EnvironmentLight(scene::Environment{}), 3, made);
 }
 
 TEST(Plan, RefusedObjectsAreNamed) {
@@ -66,6 +67,25 @@ TEST(Plan, RefusedObjectsAreNamed) {
                  "methods.mine.unsupported=environment_map (or =traced) renders it by that "
                  "method\nmine cannot render the scene of room.json: two moments are needed");
   }
+}
+
+// Users do not take plastic for a reflector.
+TEST(Plan, RefusedObjectsThatReflectLittleSaySo) {
+  const auto message = [](float s) {
+    scene::Scene scene = twoBalls();
+    scene.materials[0].specularLevel = s;
+    try {
+      planned({{2, "reflects"}}, 8, "refusing", false, scene);
+    } catch (const UsageError& error) {
+      return std::string(error.what());
+    }
+    return std::string("no error");
+  };
+  EXPECT_THAT(message(0.04f),
+              testing::StartsWith("mine cannot render object 2 \"vase\" (which reflects 4 %, as "
+                                  "plastic does) of room.json: reflects; --set"));
+  EXPECT_THAT(message(0.05f),
+              testing::StartsWith("mine cannot render object 2 \"vase\" of room.json: "));
 }
 
 TEST(Plan, MasksAreNamed) {
