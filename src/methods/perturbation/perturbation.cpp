@@ -90,7 +90,9 @@ class Perturbation : public Method {
                                 " implicit mirrors; again when something moves",
                             0});
     }
-    if (planar + curved > 0) planObjects(scene, static_cast<std::uint64_t>(planar + curved), plan);
+    if (planar + curved > 0)
+      planObjects(scene, static_cast<std::uint64_t>(planar), static_cast<std::uint64_t>(curved),
+                  plan);
     planDrawing(scene, settings, several, plan);
     return plan;
   }
@@ -149,14 +151,22 @@ class Perturbation : public Method {
   }
 
   /// The virtual objects: each one in each sequence of mirrors.
-  void planObjects(const scene::Scene& scene, std::uint64_t mirrors, MethodPlan& plan) const {
-    std::uint64_t ofMirror = 0;
+  void planObjects(const scene::Scene& scene, std::uint64_t planar, std::uint64_t curved,
+                   MethodPlan& plan) const {
+    std::uint64_t vertices = 0;
+    std::uint64_t triangles = 0;
     for (const scene::Object& object : scene.objects) {
-      const auto vertices = scene.meshes[static_cast<std::size_t>(object.mesh)].positions.size();
-      ofMirror += kObjectBytes + vertices * kVertexBytes;
+      const scene::Mesh& mesh = scene.meshes[static_cast<std::size_t>(object.mesh)];
+      vertices += mesh.positions.size();
+      triangles += mesh.indices.size() / 3;
     }
-    const std::uint64_t types = mostTypes(mirrors);
-    const std::uint64_t all = types * ofMirror;
+    const std::uint64_t types = mostTypes(planar + curved);
+    const std::uint64_t ofPlanes = mostTypes(planar);
+    const std::uint64_t single = std::min(planar, ofPlanes);
+    const std::uint64_t all =
+        types * scene.objects.size() * kObjectBytes + ofPlanes * triangles * kTriangleBytes +
+        vertices * (single * planarVertexBytes(1) + (ofPlanes - single) * planarVertexBytes(2) +
+                    (types - ofPlanes) * kVertexBytes);
     plan.items.push_back(
         {"resource", "virtual objects",
          "at most, before edges are halved: " + std::to_string(scene.objects.size()) +
@@ -278,9 +288,12 @@ class Perturbation : public Method {
     const bool fresh =
         std::ranges::all_of(types_, [](const auto& type) { return type.second.bytes.empty(); });
     Made made = makeObjects(changed, view, services, part, frameLog);
-    std::uint64_t largest = 0;
+    std::uint64_t vertices = 0;
     for (const frame::ObjectRange& range : services.geometry.objects)
-      largest = std::max(largest, leastBytes(range));
+      vertices = std::max<std::uint64_t>(vertices, range.vertexCount);
+    std::uint64_t largest = 0;
+    for (const auto& [sequence, type] : types_)
+      largest = std::max(largest, leastBytes(vertices, type));
     if (!fresh && made.bytes + largest > options_.memoryBytes) {
       // What fits must not depend on what was there: all in their order, as in a run of its own
       part.reset();
@@ -358,8 +371,8 @@ class Perturbation : public Method {
                 SlowFrameLog& frameLog, Made& made) {
     const frame::Geometry& geometry = services.geometry;
     const auto tooMany = [&](int o) {
-      return made.bytes + leastBytes(geometry.objects[static_cast<std::size_t>(o)]) >
-             options_.memoryBytes;
+      const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(o)];
+      return made.bytes + leastBytes(range.vertexCount, type) > options_.memoryBytes;
     };
     for (const int o : objects) connectivity_.try_emplace(o);
     making_.resize(std::max(making_.size(), objects.size()));
@@ -399,9 +412,10 @@ class Perturbation : public Method {
     }
   }
 
-  /// What an object takes at least, unless it is not seen at all.
-  static std::uint64_t leastBytes(const frame::ObjectRange& range) {
-    return kObjectBytes + range.vertexCount * kVertexBytes;
+  /// What an object takes at least in a sequence of reflectors, unless it is not seen at all.
+  static std::uint64_t leastBytes(std::uint64_t vertices, const PathType& type) {
+    const std::size_t planes = type.planes.size();
+    return kObjectBytes + vertices * (planes > 0 ? planarVertexBytes(planes) : kVertexBytes);
   }
 
   void putCounts(const TriangleCounts& counts, Counters& counters) const {

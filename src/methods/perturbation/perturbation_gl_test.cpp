@@ -1,10 +1,14 @@
 // The method's frames against Embree's rays, and its virtual vertices against exact ones.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "methods/perturbation/reflector.h"
 #include "methods/perturbation/test_comparison.h"
+#include "methods/perturbation/virtual_draw.h"
+#include "methods/perturbation/virtual_objects.h"
 
 namespace catoptric::methods {
 namespace {
@@ -29,6 +33,39 @@ TEST(Perturbation, ShowsWhatRaysSeeInAPlane) {
   EXPECT_GT(frame.samples, 5000u);
   EXPECT_LT(frame.l1Of8Bit, 0.05);
   EXPECT_EQ(frame.output.counters["retraced"], 0u);
+}
+
+TEST(Perturbation, PlansTheMemoryOfWhatPlanesShow) {
+  using namespace perturbation;
+  test::SceneBuilder builder =
+      stage(scene::makePlane({3.0f, 2.0f}, {1, 1}, scene::UvMode::Metres),
+            test::translation({0.0f, 0.5f, -0.5f}) * test::rotation(90.0f, {1.0f, 0.0f, 0.0f}));
+  test::GlStage world(builder.scene(), test::framesOf(64, 48, 1));
+  const Plane<double> mirror{{{0.0, 0.0, 1.0}}, -0.5};
+  const std::vector<Plane<double>> planes{mirror, {{{1.0, 0.0, 0.0}}, -2.0}};
+  std::uint64_t vertices = 0;
+  std::uint64_t triangles = 0;
+  for (int o = 0; o < static_cast<int>(world.scene.objects.size()); ++o) {
+    const frame::ObjectRange& range = world.moment.geometry.objects[static_cast<std::size_t>(o)];
+    vertices += range.vertexCount;
+    triangles += range.indexCount / 3;
+    for (const std::size_t count : {1u, 2u}) {
+      VirtualTriangles shown;
+      TriangleCounts counts;
+      mirroredTriangles(world.moment.geometry, o, std::span(planes).first(count),
+                        glm::dvec3(kFront.eye()), counts, shown);
+      const VirtualObject drawn(shown, world.raster.scene(), kFront, 64, 48);
+      EXPECT_EQ(drawn.bytes(), kObjectBytes + range.vertexCount * planarVertexBytes(count) +
+                                   drawn.triangles.size() * kTriangleBytes);
+    }
+  }
+  const MethodPlan plan = perturbationEntry()
+                              .make(config::parseText("{}", "options"))
+                              ->plan(world.scene, world.settings);
+  const auto item = std::ranges::find(plan.items, "virtual objects", &PlanItem::name);
+  ASSERT_NE(item, plan.items.end());
+  EXPECT_EQ(item->bytes, world.scene.objects.size() * kObjectBytes +
+                             vertices * planarVertexBytes(1) + triangles * kTriangleBytes);
 }
 
 TEST(Perturbation, ShowsReflectionsInReflectionsOfTwoSpheres) {

@@ -40,9 +40,18 @@ struct VirtualTriangles {
 /// Memory of a virtual object besides its vertices, its triangles and its screen tiles: six driver
 /// buffers. Measured: 7.8 GB for a million objects of 4 vertices.
 inline constexpr std::uint64_t kObjectBytes = 7168;
-/// Memory of a vertex: position, attributes, virtual position, last reflection point.
+/// Memory of a vertex that a curved reflector shows: position, attributes, virtual position, last
+/// reflection point.
 inline constexpr std::uint64_t kVertexBytes =
     sizeof(Vec3) + sizeof(frame::VertexAttributes) + sizeof(Vec4) + sizeof(Vec3);
+/// Memory of a vertex that `planes` planes show: position and attributes are the object's own, and
+/// a single plane needs no reflection point.
+constexpr std::uint64_t planarVertexBytes(std::size_t planes) {
+  return sizeof(Vec4) + (planes > 1 ? sizeof(Vec3) : 0);
+}
+/// Memory of a triangle that may cover a sample: its indices and the samples.
+inline constexpr std::uint64_t kTriangleBytes =
+    3 * sizeof(std::uint32_t) + sizeof(raster::Rectangle);
 
 /// VirtualTriangles on the GPU, for one camera.
 struct VirtualObject {
