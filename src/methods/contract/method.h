@@ -74,6 +74,10 @@ struct MethodPlan {
   /// masks: a missing layer means "not measured", not 0.
   std::uint16_t masks = 0;
   std::vector<PlanItem> items;  ///< the method's own passes, resources, precomputations
+
+  void add(const std::vector<PlanItem>& more) {
+    items.insert(items.end(), more.begin(), more.end());
+  }
 };
 
 /// A reflector or scene that a method does not support. The run ends with exit code 2 and names it.

@@ -4,11 +4,15 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "config/options.h"
 #include "gl/query.h"
 #include "gl/shader.h"
 #include "methods/environment_map/cube_map.h"
+#include "methods/environment_map/probes.h"
 #include "methods/shared/cube_map.h"
 #include "methods/shared/reflectors.h"
 #include "methods/shared/shared_options.h"
@@ -22,11 +26,17 @@ constexpr auto kSources = config::names<bool>({{"scene", false}, {"environment",
 enum class Proxy : std::uint8_t { None, Box, Sphere };
 constexpr auto kProxies =
     config::names<Proxy>({{"none", Proxy::None}, {"box", Proxy::Box}, {"sphere", Proxy::Sphere}});
+constexpr auto kBlends = config::names<bool>({{"nearest", false}, {"distance", true}});
+
+/// More would exceed the 16 texture units that OpenGL guarantees.
+constexpr int kMostProbes = 8;
 
 struct Options {
   bool environmentOnly = false;
   Proxy proxy = Proxy::None;
   std::optional<Vec3> centre;  ///< absent: the middle of the scene's bounds
+  int probes = 1;
+  bool blended = false;
   int faceSize = 512;
 };
 
@@ -46,10 +56,15 @@ const config::OptionTable<Options>& optionTable() {
              "contents of the cube map: the diffuse scene, or the environment alone"),
        {{.name = "center",
          .type = config::FieldType::Any,
-         .help = "viewpoint of the cube map: \"scene\" (the centre of its bounds) or [x, y, z] in "
+         .help = "viewpoint of a single map: \"scene\" (the centre of its bounds) or [x, y, z], "
                  "metres",
          .defaultText = "\"scene\""},
         readCentre},
+       field(&Options::probes, "probes", config::range(1, kMostProbes),
+             "cube maps; above 1: each in the middle of a group of neighbouring reflectors"),
+       field(&Options::blended, "blend", kBlends,
+             "maps that a sample reads. nearest: its group's; distance: the two nearest, blended "
+             "by distance"),
        field(&Options::proxy, "proxy", kProxies,
              "how far away the scene is that the cube map shows. none: infinitely; box: on the box "
              "of the scene's bounds; sphere: on a sphere about the viewpoint, whose "
@@ -64,7 +79,10 @@ class EnvironmentMap : public Method {
  public:
   explicit EnvironmentMap(const Options& options) : options_(options) {
     // The environment is infinitely far away
-    if (options_.environmentOnly) options_.proxy = Proxy::None;
+    if (options_.environmentOnly) {
+      options_.proxy = Proxy::None;
+      options_.probes = 1;
+    }
   }
 
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
@@ -73,26 +91,29 @@ class EnvironmentMap : public Method {
     plan.masks = raster::kMaskEnvironment | raster::kMaskBelowHorizon;
     const Reflectors reflectors = findReflectors(scene, settings.reflectors);
     if (!reflectors.any()) return plan;
-    const std::string what =
-        options_.environmentOnly ? "the environment" : "the diffuse scene from one point";
-    const bool again = !options_.environmentOnly && scene.animated();
-    plan.items.push_back({again ? "pass" : "precomputation", "cube_map",
-                          "cube map of " + what +
-                              (again ? ", drawn again in frames in which an object or a light moved"
-                                     : ", drawn once: it does not change")});
-    const int size = options_.environmentOnly
-                         ? environmentFaceSize(scene.environment, options_.faceSize)
-                         : options_.faceSize;
-    plan.items.push_back({"resource", "cube map",
-                          "6 faces of " + std::to_string(size) + " x " + std::to_string(size) +
-                              (options_.environmentOnly ? ", RGBA32F" : ", RGBA16F") +
-                              ", with mip levels",
-                          cubeMapBytes(size, options_.environmentOnly ? 16 : 8)});
+    const int maps = std::min(options_.probes, static_cast<int>(reflectors.count()));
+    if (options_.environmentOnly) {
+      const int size = environmentFaceSize(scene.environment, options_.faceSize);
+      plan.items = {{"precomputation", "cube_map",
+                     "cube map of the environment, drawn once: it does not change"},
+                    {"resource", "cube map",
+                     "6 faces of " + std::to_string(size) + " x " + std::to_string(size) +
+                         ", RGBA32F, with mip levels",
+                     cubeMapBytes(size, 16)}};
+    } else {
+      plan.items = cubeMapItems(options_.faceSize, scene.animated(), maps);
+    }
+    if (maps > 1) {
+      plan.items.back().lower = "probes, face_size";
+      plan.items.push_back({"pass", "probes", "finds the cube maps that the frame's samples read"});
+    }
     std::string kinds = reflectors.mirrors() ? "mirrors (level 0)" : "";
     if (reflectors.glossy) {
       kinds += std::string(kinds.empty() ? "" : ", ") + "glossy objects (level by the lobe)";
     }
-    plan.items.push_back({"pass", "resolve", "one look-up per reflective sample: " + kinds});
+    plan.items.push_back({"pass", "resolve",
+                          (maps > 1 && options_.blended ? "two look-ups" : "one look-up") +
+                              (" per reflective sample: " + kinds)});
     return plan;
   }
 
@@ -101,11 +122,16 @@ class EnvironmentMap : public Method {
     clearsMasks_ = settings.masks && settings.reflectors.all();
     reflectors_ = findReflectors(services.scene, settings.reflectors);
     refractive_ = raster::RefractiveSamples(services.scene);
+    if (options_.probes > 1 && reflectors_.any()) placeProbes(services);
+    maps_.resize(std::max<std::size_t>(1, groups_.size()));
+    read_.assign(maps_.size(), true);
     const auto program = [&](const char* label, const char* glossy) {
       std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
       defines.insert(defines.end(), {{"GLOSSY", glossy},
                                      {"MASKS", masks_ ? "1" : "0"},
                                      {"PROXY", std::to_string(static_cast<int>(options_.proxy))},
+                                     {"PROBES", std::to_string(maps_.size())},
+                                     {"BLEND", blends() ? "1" : "0"},
                                      {"GGX", services.scene.hasGgxLobes() ? "1" : "0"}});
       return gl::Program::fullScreen(label, "methods/environment_map/shaders/lookup.frag",
                                      std::move(defines));
@@ -116,8 +142,8 @@ class EnvironmentMap : public Method {
     if (reflectors_.mirrors()) mirrorCount_ = gl::FragmentCounter("mirror samples");
     if (reflectors_.glossy) glossyCount_ = gl::FragmentCounter("glossy samples");
 
-    // What does not change is drawn before the first frame.
-    if (!services.scene.animated()) drawEnvironment({}, services);
+    // What does not change is drawn before the first frame, unless a frame may do without it
+    if (!services.scene.animated() && maps_.size() == 1) drawMaps({}, services);
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
@@ -126,10 +152,16 @@ class EnvironmentMap : public Method {
     output.counters["environment"] = 0;
     output.counters["below_horizon"] = 0;
     output.counters["refraction_mirrored"] = 0;
-    output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
+    output.counters["probes"] = 0;
+    output.counters["clamped_cube_map"] = 0;
     if (!reflectors_.any()) return;
 
-    drawEnvironment(input, services);
+    if (maps_.size() > 1)
+      services.timer.measure("probes", [&] { findRead(services, input.frame.camera); });
+    drawMaps(input, services);
+    for (std::size_t i = 0; i < maps_.size(); ++i)
+      if (read_[i]) output.counters["clamped_cube_map"] += maps_[i].clampedTexels();
+    if (std::ranges::find(read_, true) == read_.end()) return;
     std::uint64_t mirrored = 0;
     services.timer.measure("resolve", [&] {
       lookUp(gbuffer, services, input.frame.camera);
@@ -139,41 +171,105 @@ class EnvironmentMap : public Method {
     if (reflectors_.mirrors()) samples += mirrorCount_.read();
     if (reflectors_.glossy) samples += glossyCount_.read();
     output.counters["environment"] = samples;
+    if (samples > 0)
+      output.counters["probes"] = static_cast<std::uint64_t>(std::ranges::count(read_, true));
     std::uint32_t bent = 0;
     bentCount_.read(0, sizeof bent, &bent);
     output.counters["below_horizon"] = bent;
     output.counters["refraction_mirrored"] = mirrored;
-    output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
   }
 
  private:
-  void drawEnvironment(const FrameInput& input, Services& services) {
+  bool blends() const { return maps_.size() > 1 && options_.blended; }
+
+  /// Groups the reflectors, as they stand at time 0: frames must not depend on others.
+  void placeProbes(const Services& services) {
+    std::vector<int> own;
+    const std::vector<bool> reflects = reflectors_.reflects();
+    for (std::size_t i = 0; i < reflects.size(); ++i)
+      if (reflects[i]) own.push_back(static_cast<int>(i));
+    groups_ = groupReflectors(std::move(own), services.geometry, options_.probes);
+    if (groups_.size() < 2) return;
+    std::vector<std::uint8_t> numbers(reflects.size() + 1);
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+      for (const int object : groups_[g])
+        numbers[static_cast<std::size_t>(object) + 1] = static_cast<std::uint8_t>(g);
+    numbers_ = gl::Buffer("groups of reflectors", std::span<const std::uint8_t>(numbers));
+    groupOf_ = gl::Texture::makeBuffer("groups of reflectors", GL_R8UI, numbers_);
+    marks_ = gl::Buffer("cube maps that are read", groups_.size() * sizeof(std::uint32_t));
+    findRead_ = gl::Program::fullScreen("cube maps that are read",
+                                        "methods/environment_map/shaders/read_maps.frag",
+                                        {{"PROBES", std::to_string(groups_.size())},
+                                         {"BLEND", options_.blended ? "1" : "0"},
+                                         {"PROXY", "0"}});
+  }
+
+  /// Sets read_ to the maps that the frame's samples read.
+  void findRead(const Services& services, const scene::Camera& camera) {
+    const raster::GBuffer& gbuffer = *services.gbuffer;
+    std::vector<std::uint32_t> marks(maps_.size(), 0);
+    marks_.write(0, marks.size() * sizeof marks[0], marks.data());
+    marks_.bindStorage(0);
+    gbuffer.reflectionFramebuffer.bind();
+    findRead_.use();
+    bindPlaces(findRead_, services, camera);
+    findRead_.set("rayFromSample",
+                  scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+    for (gl::DrawState state :
+         {raster::onMirrors(), raster::onSamplesOf(raster::SampleClass::Glossy)}) {
+      state.colors = 0;
+      const gl::DrawScope scope(state);
+      gl::drawFullScreenTriangle();
+    }
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    marks_.read(0, marks.size() * sizeof marks[0], marks.data());
+    for (std::size_t i = 0; i < marks.size(); ++i) read_[i] = marks[i] != 0;
+  }
+
+  /// Draws those maps that are read, and whose contents have changed.
+  void drawMaps(const FrameInput& input, Services& services) {
     if (!reflectors_.any()) return;
     if (!options_.environmentOnly) {
-      cubeMap_.follow(input, services, centreOf(services), options_.faceSize);
-    } else if (cubeMap_.empty()) {
+      for (std::size_t i = 0; i < maps_.size(); ++i)
+        maps_[i].follow(input, services, centreOf(i, services), options_.faceSize, read_[i]);
+    } else if (maps_[0].empty()) {
       services.timer.measure("cube_map", [&] {
         const frame::EnvironmentLight& environment = *services.lighting.environment;
-        cubeMap_.take(makeEnvironmentCubeMap(
+        maps_[0].take(makeEnvironmentCubeMap(
             environment, environmentFaceSize(environment.description(), options_.faceSize)));
       });
     }
   }
 
-  Vec3 centreOf(const Services& services) const {
+  Vec3 centreOf(std::size_t map, const Services& services) const {
+    if (!groups_.empty()) return probeCentre(groups_[map], services.geometry);
     return options_.centre ? Vec3(glm::dvec3(*options_.centre) - services.scene.origin)
                            : services.geometry.bounds.centre();
+  }
+
+  /// What tells a sample's place, and its maps.
+  void bindPlaces(gl::Program& program, const Services& services,
+                  const scene::Camera& camera) const {
+    if (options_.proxy != Proxy::None || blends()) {
+      services.gbuffer->depth.bind(2);
+      program.set("nearMetres", camera.nearMetres);
+      std::vector<Vec3> centres;
+      for (std::size_t i = 0; i < maps_.size(); ++i)
+        centres.push_back(centreOf(i, services) - camera.eye());
+      program.set("centres", std::span<const Vec3>(centres));
+    }
+    if (maps_.size() > 1 && !blends()) {
+      services.gbuffer->object.bind(1);
+      groupOf_.bind(3);
+    }
   }
 
   void placeProxy(gl::Program& program, const Services& services,
                   const scene::Camera& camera) const {
     services.raster->bindShadingResources(program.id(), services.lighting);
     const Vec3 eye = camera.eye();
-    const Vec3 centre = centreOf(services);
     const Box3& box = services.geometry.bounds;
     const Vec3 size = box.max - box.min;
-    program.set("nearMetres", camera.nearMetres);
-    program.set("centre", centre - eye);
     program.set("least", box.min - eye);
     program.set("most", box.max - eye);
     program.set("radius", 0.5f * std::max({1e-6f, size.x, size.y, size.z}));
@@ -184,19 +280,22 @@ class EnvironmentMap : public Method {
               const scene::Camera& camera) {
     gbuffer.reflectionFramebuffer.bind();
     gbuffer.normal.bind(0);
-    cubeMap_.bind(1);
+    for (std::size_t i = 0; i < maps_.size(); ++i)
+      maps_[i].bind(raster::shared::kFirstPassUnit + static_cast<int>(i));
     constexpr std::uint32_t kNone = 0;
     bentCount_.write(0, sizeof kNone, &kNone);
     bentCount_.bindStorage(0);
     const Mat3 ray = scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight());
-    if (options_.proxy != Proxy::None) gbuffer.depth.bind(2);
     if (reflectors_.mirrors()) {
+      bindPlaces(mirror_, services, camera);
       if (options_.proxy != Proxy::None) placeProxy(mirror_, services, camera);
       pass(mirror_, mirrorCount_, ray, raster::onMirrors());
     }
     if (reflectors_.glossy) {
+      bindPlaces(glossy_, services, camera);
       if (options_.proxy != Proxy::None) placeProxy(glossy_, services, camera);
-      cubeMap_.setLevels(glossy_);
+      const auto any = std::ranges::find(read_, true) - read_.begin();
+      maps_[static_cast<std::size_t>(any)].setLevels(glossy_);  // all have one size
       pass(glossy_, glossyCount_, ray, raster::onSamplesOf(raster::SampleClass::Glossy));
     }
   }
@@ -216,7 +315,13 @@ class EnvironmentMap : public Method {
   bool clearsMasks_ = false;  ///< the whole frame is its own
   Reflectors reflectors_;
   raster::RefractiveSamples refractive_;
-  CubeMap cubeMap_;
+  std::vector<std::vector<int>> groups_;  ///< of reflectors, one for each map; empty: one map
+  std::vector<CubeMap> maps_;
+  std::vector<bool> read_;  ///< by map: whether the frame's samples read it
+  gl::Buffer numbers_;      ///< by object id: its group
+  gl::Texture groupOf_;
+  gl::Buffer marks_;  ///< by map
+  gl::Program findRead_;
   gl::Program mirror_;
   gl::Program glossy_;
   gl::FragmentCounter mirrorCount_;
@@ -224,8 +329,12 @@ class EnvironmentMap : public Method {
   gl::Buffer bentCount_;  ///< one number
 };
 
-std::unique_ptr<Method> make(const config::Value& options) {
-  return std::make_unique<EnvironmentMap>(optionTable().parse(options));
+std::unique_ptr<Method> make(const config::Value& value) {
+  const Options options = optionTable().parse(value);
+  if (options.centre && options.probes > 1)
+    value.get("center").fail("names the viewpoint of a single map; with \"probes\" " +
+                             std::to_string(options.probes) + " only \"scene\" is allowed");
+  return std::make_unique<EnvironmentMap>(options);
 }
 
 }  // namespace
@@ -240,6 +349,8 @@ const MethodEntry& environmentMapEntry() {
       .paper = "",
       .steps = {{"cube_map", "start, frames",
                  "the cube map is drawn; again after something has moved"},
+                {"probes", "frames",
+                 "with several probes: finds the cube maps that the frame's samples read"},
                 {"resolve", "frames", "the look-up per sample"}},
       .counters = {{"environment", "reflective samples, which all use the cube map"},
                    {"below_horizon",
@@ -247,10 +358,12 @@ const MethodEntry& environmentMapEntry() {
                     "the surface"},
                    {"refraction_mirrored",
                     "samples of refractive materials, which are mirrored instead"},
+                   {"probes", "cube maps that the frame's samples read"},
                    {"clamped_cube_map", "texels of the cube map above the range of half floats",
                     true}},
       .tests = {.small = R"({"face_size": 64})",
-                .variants = {R"({"proxy": "box"})", R"({"proxy": "sphere"})"}},
+                .variants = {R"({"proxy": "box"})", R"({"proxy": "sphere"})", R"({"probes": 3})",
+                             R"({"probes": 4, "blend": "distance", "proxy": "box"})"}},
       .options = optionTable().schema(),
       .make = make,
       .fallbackOptions = R"({"face_size": 256})"};  // as small as the methods' own fallbacks; ours

@@ -114,6 +114,26 @@ TEST(EnvironmentMapPlan, SaysWhichReflectorsAndHowManyBytes) {
   EXPECT_EQ(constant.items[1].bytes, 96u);
 }
 
+TEST(EnvironmentMapPlan, HasAMapForEachGroupOfReflectors) {
+  scene::Scene scene = sceneWith(1, 0, false);
+  const std::string options = R"({"face_size": 4, "probes": 3, "blend": "distance"})";
+  // More maps than reflectors are of no use
+  const MethodPlan single = makeMethod(options)->plan(scene, {});
+  EXPECT_EQ(single.items[1].bytes, 48u * 21);
+  EXPECT_EQ(single.items.back().name, "resolve");
+  EXPECT_THAT(single.items.back().reason, HasSubstr("one look-up"));
+  for (int i = 0; i < 4; ++i) scene.objects.push_back(scene.objects.back());
+  EXPECT_EQ(planned(options, scene),
+            (std::vector<std::string>{"precomputation cube_map", "resource cube map", "pass probes",
+                                      "pass resolve"}));
+  const MethodPlan three = makeMethod(options)->plan(scene, {});
+  EXPECT_EQ(three.items[1].bytes, 3u * 48u * 21);
+  EXPECT_THAT(three.items[1].reason, HasSubstr("up to 3 of 6 faces"));
+  EXPECT_THAT(three.items.back().reason, HasSubstr("two look-ups"));
+  // The environment is infinitely far from all of them
+  EXPECT_EQ(planned(R"({"source": "environment", "probes": 3})", scene).size(), 3u);
+}
+
 TEST(EnvironmentMapOptions, WrongValuesNamePlaceAndWhatIsAllowed) {
   const auto refuses = [](const std::string& options, const std::string& place,
                           const std::string& allowed) {
@@ -126,6 +146,8 @@ TEST(EnvironmentMapOptions, WrongValuesNamePlaceAndWhatIsAllowed) {
   refuses(R"({"center": [1, 2]})", "/center", "3");
   refuses(R"({"source": "sky"})", "/source", "environment");
   refuses(R"({"face_size": 0})", "/face_size", "1");
+  refuses(R"({"probes": 9})", "/probes", "8");
+  refuses(R"({"probes": 2, "center": [1, 2, 3]})", "/center", "\"scene\"");
   refuses(R"({"face_sise": 5})", "face_sise", "face_size");
   EXPECT_NO_THROW(makeMethod(R"({"center": [1, 2, 3], "source": "scene", "face_size": 64})"));
 }

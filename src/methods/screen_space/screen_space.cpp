@@ -121,25 +121,11 @@ class ScreenSpace : public Method {
       plan.items.push_back({"resource", "colours",
                             "RGBA32F by sample, with 6 coarser levels: what cones see",
                             pyramidBytes(width, height, 16)});
-    if (options_.fallback == Fallback::EnvironmentMap) {
-      const bool again = scene.animated();
-      plan.items.push_back({again ? "pass" : "precomputation", "cube_map",
-                            again ? "drawn again in frames in which an object or a light moved"
-                                  : "drawn once: it does not change"});
-      plan.items.push_back(
-          {"resource", "cube map", "RGBA16F with mip levels", cubeMapBytes(options_.faceSize, 8)});
-    }
+    if (options_.fallback == Fallback::EnvironmentMap)
+      plan.add(cubeMapItems(options_.faceSize, scene.animated()));
     if (options_.fallback == Fallback::Traced) {
       plan.trace = true;
-      plan.items.insert(
-          plan.items.end(),
-          {{"resource", "marks", "R8UI by sample: which have a ray that found nothing", samples},
-           {"resource", "bands", "two, for what is read back and uploaded",
-            2 * std::min(samples, Bands::largest(width)) * (16 + 16 + 4 + 4 + 16 + 1)},
-           {"pass", "readback", "samples with a ray that found nothing"},
-           {"pass", "trace", "their rays"},
-           {"pass", "resolve", "their rays are made, hits shaded"},
-           {"pass", "upload", "their radiance"}});
+      plan.add(tracedItems(settings, "samples with a ray that found nothing"));
     }
     if (settings.countDisocclusions) {
       plan.trace = true;
@@ -406,7 +392,7 @@ const MethodEntry& screenSpaceEntry() {
                 {"colours", "frames", "with cones: means of what the frame shows"},
                 {"march", "frames", "rays are followed over the frame's depths"},
                 {"readback", "frames", "samples to be traced are read back"},
-                {"trace", "frames", "rays of samples with a ray that found nothing are traced"},
+                {"trace", "frames", "rays of these samples are traced"},
                 {"resolve", "frames", "rays are generated; hits are shaded"},
                 {"upload", "frames", "traced reflections are uploaded"},
                 {"disocclusions", "frames",

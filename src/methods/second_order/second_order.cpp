@@ -38,37 +38,27 @@ MethodPlan SecondOrder::plan(const scene::Scene& scene, const RunSettings& setti
   add(reflectors.planarMirrors, "planar mirrors (the mirrored frame's own samples)");
   add(reflectors.curvedMirrors, "curved mirrors (one ray)");
   add(reflectors.glossy, "glossy objects (rays of a lobe)");
-  const bool again = scene.animated();
-  plan.items = {
-      {"precomputation", "levels",
-       "coarser levels of objects that do not deform: level_error bounds their shape in texels, "
-       "their light in display steps",
-       options_.images.levelErrorTexels > 0.0f ? scene.triangleCount() * kLevelBytes : 0,
-       "level_error (0: no levels)"},
-      {again ? "pass" : "precomputation", "cube_map",
-       std::string("the diffuse scene from one point, for rays without a hit") +
-           (again ? ", drawn again in frames in which an object or a light moved"
-                  : ", drawn once: it does not change"),
-       0},
-      {"pass", "readback", "normals, ids and depth for the clustering", 0},
-      {"pass", "cluster", "reflective samples by object and normal", 0},
-      {"pass", "camera", "a camera for each cluster", 0},
-      {"pass", "depth_images", "the diffuse scene, drawn by each cluster's camera", 0},
-      {"pass", "intersect", kinds, 0},
-      {"resource", "cube map",
-       "6 faces of " + std::to_string(options_.faceSize) + " x " +
-           std::to_string(options_.faceSize) + ", RGBA16F, with mip levels",
-       cubeMapBytes(options_.faceSize, 8)},
-      {"resource", "G-buffer copy", "what is read back", samples * (16 + 4 + 4)},
-      {"resource", "cluster of each sample", "R16UI", samples * 2},
-      {"resource", "depth images",
-       "mostly one layer or two; memory_mib allows " +
-           std::to_string(options_.images.memoryBytes >> 20) + " MiB",
-       DepthImages::usualBytes(settings.width * settings.samples,
-                               settings.height * settings.samples, options_.camera.depthImageScale,
-                               options_.images),
-       "memory_mib, depth_image_scale, depth_layers"},
-  };
+  plan.add(cubeMapItems(options_.faceSize, scene.animated()));
+  plan.add(
+      {{"precomputation", "levels",
+        "coarser levels of objects that do not deform: level_error bounds their shape in texels, "
+        "their light in display steps",
+        options_.images.levelErrorTexels > 0.0f ? scene.triangleCount() * kLevelBytes : 0,
+        "level_error (0: no levels)"},
+       {"pass", "readback", "normals, ids and depth for the clustering", 0},
+       {"pass", "cluster", "reflective samples by object and normal", 0},
+       {"pass", "camera", "a camera for each cluster", 0},
+       {"pass", "depth_images", "the diffuse scene, drawn by each cluster's camera", 0},
+       {"pass", "intersect", kinds, 0},
+       {"resource", "G-buffer copy", "what is read back", samples * (16 + 4 + 4)},
+       {"resource", "cluster of each sample", "R16UI", samples * 2},
+       {"resource", "depth images",
+        "mostly one layer or two; memory_mib allows " +
+            std::to_string(options_.images.memoryBytes >> 20) + " MiB",
+        DepthImages::usualBytes(settings.width * settings.samples,
+                                settings.height * settings.samples, options_.camera.depthImageScale,
+                                options_.images),
+        "memory_mib, depth_image_scale, depth_layers"}});
   if (settings.countDisocclusions) {
     plan.trace = true;
     plan.items.push_back({"pass", "disocclusions", "asked for: count_disocclusions", 0});

@@ -1,11 +1,24 @@
 #include "methods/shared/traced_samples.h"
 
+#include <algorithm>
 #include <mutex>
 
 #include "core/clock.h"
 #include "trace/lobes/lobe_tracer.h"
 
 namespace catoptric::methods {
+
+std::vector<PlanItem> tracedItems(const RunSettings& settings, const std::string& which) {
+  constexpr std::uint64_t kBytes = 16 + 16 + 4 + 4 + 16 + 1;  // of a sample, read back and uploaded
+  const std::uint64_t samples = settings.sampleCount();
+  return {{"resource", "marks", "R8UI by sample: " + which, samples},
+          {"resource", "bands", "two, for what is read back and uploaded",
+           2 * std::min(samples, Bands::largest(settings.width * settings.samples)) * kBytes},
+          {"pass", "readback", which},
+          {"pass", "trace", "their rays"},
+          {"pass", "resolve", "their rays are made, hits shaded"},
+          {"pass", "upload", "their radiance"}};
+}
 
 TracedCounts traceSamples(const TracedPart& samples, const scene::Camera& camera,
                           Services& services, Bands& bands) {

@@ -2,12 +2,17 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "methods/contract/method.h"
 #include "methods/shared/bands.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
+
+/// What a plan says of traceSamples() for the samples that `which` names (TracedPart::only).
+std::vector<PlanItem> tracedItems(const RunSettings& settings, const std::string& which);
 
 struct TracedPart {
   const trace::TraceScene& trace;

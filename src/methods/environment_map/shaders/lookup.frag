@@ -1,7 +1,8 @@
-// Incoming radiance along the reflected ray from a cube map around the scene.
+// Incoming radiance along the reflected ray from cube maps of the scene.
 //   GLOSSY  1: the mip level whose filter is as wide as the lobe
 //   MASKS   1: every sample is marked as an environment look-up
-//   PROXY   0: what the map shows is infinitely far; 1: on a box; 2: on a sphere about its centre
+//   PROBES, BLEND, PROXY  see probes.glsl
+#include "methods/environment_map/shaders/probes.glsl"
 #include "methods/shared/shaders/box_exit.glsl"
 #include "raster/shaders/lobe.glsl"
 #include "raster/shaders/masks.glsl"
@@ -11,18 +12,15 @@ uniform mat3 rayFromSample;  // (sample position, 1) to a ray of 1 m along the a
 uniform float levelOffset;   // 0.5 log2(4 / solid angle of a texel of level 0, sr)
 uniform float lastLevel;
 layout(binding = 0) uniform sampler2D normalSamples;  // xyz shading normal, a = g
-layout(binding = 1) uniform samplerCube cubeMap;
+layout(binding = kFirstPassUnit) uniform samplerCube cubeMaps[PROBES];
 
 #if PROXY
-layout(binding = 2) uniform sampler2D depthSamples;  // reversed-Z
-uniform float nearMetres;
-uniform vec3 centre;  // of the map, from the eye
-uniform vec3 least;   // corners of the box, from the eye
+uniform vec3 least;  // corners of the box, from the eye
 uniform vec3 most;
 uniform float radius;
 
 // Metres from p, which is within the proxy, to where the unit direction d leaves it.
-float exitOf(vec3 p, vec3 d) {
+float exitOf(vec3 p, vec3 d, vec3 centre) {
 #if PROXY == 1
   return max(boxExit(least, most, p, d), 0.0);
 #else
@@ -42,6 +40,26 @@ layout(location = 0) out vec4 reflection;
 layout(location = 1) out uint mask;
 #endif
 
+// What map i shows to a sample at `place` along the unit direction `reflected`.
+vec3 lookUp(int i, vec3 place, vec3 reflected, float level) {
+  vec4 around = textureLod(cubeMaps[i], reflected, level);
+#if PROXY
+  float metres = exitOf(place, reflected, centres[i]);
+  vec3 seen = place + metres * reflected - centres[i];
+#if GLOSSY
+  // The lobe is as much narrower from the map's centre as that is farther away
+  float farther = log2(max(metres, 1e-20) / max(length(seen), 1e-20));
+  vec4 near = textureLod(cubeMaps[i], seen, clamp(level + farther, 0.0, lastLevel));
+#else
+  vec4 near = textureLod(cubeMaps[i], seen, level);
+#endif
+  // Alpha marks surfaces: the environment is infinitely far, also where they hide it from the map
+  return mix(mix(around.rgb, environmentRadiance(reflected), around.a), near.rgb, near.a);
+#else
+  return around.rgb;
+#endif
+}
+
 void main() {
   vec4 normalAndG = texelFetch(normalSamples, ivec2(gl_FragCoord.xy), 0);
   vec3 along = rayFromSample * vec3(gl_FragCoord.xy, 1.0);  // 1 m along the axis
@@ -54,21 +72,27 @@ void main() {
 #else
   const float level = 0.0;
 #endif
-  vec4 around = textureLod(cubeMap, reflected, level);
-  vec3 radiance = around.rgb;
-#if PROXY
-  vec3 place = along * (nearMetres / max(texelFetch(depthSamples, ivec2(gl_FragCoord.xy), 0).r, 1e-30));
-  float metres = exitOf(place, reflected);
-  vec3 seen = place + metres * reflected - centre;
-#if GLOSSY
-  // The lobe is as much narrower from the map's centre as that is farther away
-  float farther = log2(max(metres, 1e-20) / max(length(seen), 1e-20));
-  vec4 near = textureLod(cubeMap, seen, clamp(level + farther, 0.0, lastLevel));
+#if BLEND || PROXY
+  vec3 place = placeOf(along);
 #else
-  vec4 near = textureLod(cubeMap, seen, level);
+  const vec3 place = vec3(0.0);
 #endif
-  // Alpha marks surfaces: the environment is infinitely far, also where they hide it from the map
-  radiance = mix(mix(around.rgb, environmentRadiance(reflected), around.a), near.rgb, near.a);
+#if PROBES > 1
+#if BLEND
+  ivec2 maps;
+  float second = shareOfSecond(nearestCentres(place, maps));
+#else
+  ivec2 maps = ivec2(mapOfObject());
+  const float second = 0.0;
+#endif
+  // A loop, since samplers of an array are chosen alike in all samples
+  vec3 radiance = vec3(0.0);
+  for (int i = 0; i < PROBES; ++i) {
+    float share = i == maps.x ? 1.0 - second : i == maps.y ? second : 0.0;
+    if (share > 0.0) radiance += share * lookUp(i, place, reflected, level);
+  }
+#else
+  vec3 radiance = lookUp(0, place, reflected, level);
 #endif
   reflection = vec4(radiance, 1.0);
   bool below = isBent(normalAndG.a);

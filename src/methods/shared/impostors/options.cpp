@@ -41,9 +41,8 @@ std::vector<config::Option<Options>> common(int most) {
             "only diffuse objects, as in the paper"),
       field(
           &Options::transitionHeight, "transition_height", atLeast(0.0),
-          "soften the edges of flat objects (all vertices in one plane). Along its edges each gets "
-          "virtual walls of this height in metres. A ray through a wall blends the colour of the "
-          "edge with the environment map. 0: no walls"),
+          "height in metres of virtual walls that soften the edges of flat objects: a ray through "
+          "a wall blends the edge's colour with the environment map. 0: no walls"),
       field(&Options::shareEnvironment, "share_environment",
             "with `transition_height`: flat objects stay in the environment map. If a ray hits a "
             "flat object, the map is read in the direction from the map's centre to the hit. For "

@@ -195,19 +195,15 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   plan.trace =
       options_.fallback == Fallback::Traced && (again || reflectors.glossy || !unfitNames.empty() ||
                                                 !most.within(mostOf(settings, false, 0)));
-  plan.items = {
-      {again ? "pass" : "precomputation", "cube_map",
-       again ? "drawn again in frames in which something that it shows has moved"
-             : "drawn once: nothing moves"},
-      {"precomputation", "choose", "which reflectors reflect much of themselves"},
-      {"pass", "impostors",
-       "those of reflectors in view, drawn when first needed and when changed"},
-      {"pass", "intersect", std::to_string(reflectors.count()) + " reflective objects"},
-      {"pass", "readback", "marks of the samples are counted"},
-      {"resource", "cube map", "RGBA16F with mip levels", cubeMapBytes(options_.faceSize, 8)},
-      {"resource", "images", images + (bytes < all.bytes ? ", as many as fit" : ", at most"),
-       bytes},
-      {"resource", "marks", "R32UI by sample", 4 * samples}};
+  plan.add(cubeMapItems(options_.faceSize, again));
+  plan.add({{"precomputation", "choose", "which reflectors reflect much of themselves"},
+            {"pass", "impostors",
+             "those of reflectors in view, drawn when first needed and when changed"},
+            {"pass", "intersect", std::to_string(reflectors.count()) + " reflective objects"},
+            {"pass", "readback", "marks of the samples are counted"},
+            {"resource", "images", images + (bytes < all.bytes ? ", as many as fit" : ", at most"),
+             bytes},
+            {"resource", "marks", "R32UI by sample", 4 * samples}});
   if (rests)
     plan.items.push_back({"resource", "rest pose",
                           "depth maps of what moves rigidly are drawn there, and kept",
