@@ -1,8 +1,11 @@
 #include "methods/planar/planar.h"
 
 #include <algorithm>
+#include <functional>
 #include <memory>
+#include <numeric>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -10,7 +13,9 @@
 #include "gl/query.h"
 #include "gl/shader.h"
 #include "methods/planar/flat_mirrors.h"
+#include "methods/shared/cube_map.h"
 #include "methods/shared/shared_options.h"
+#include "methods/shared/traced_samples.h"
 #include "raster/passes/background.h"
 #include "raster/passes/surfaces.h"
 #include "raster/regions/screen.h"
@@ -23,15 +28,25 @@ using raster::Rectangle;
 
 constexpr GLuint kCutBlock = 2;  // mirrored.vert
 
+enum class Fallback : std::uint8_t { EnvironmentMap, Traced };
+constexpr auto kFallbacks = config::names<Fallback>(
+    {{"environment_map", Fallback::EnvironmentMap}, {"traced", Fallback::Traced}});
+constexpr int kFaceSize = 256;  // as in the fallbacks of other methods
+
 struct Options {
   int bounces = 1;
+  int maxMirrors = 0;
+  Fallback fallback = Fallback::EnvironmentMap;
 };
 
 const config::OptionTable<Options>& optionTable() {
   using config::field, config::range;
   static const config::OptionTable<Options> table(
       "planar", "Options of the method planar.",
-      {field(&Options::bounces, "bounces", range(1, 16), kBouncesHelp)});
+      {field(&Options::bounces, "bounces", range(1, 16), kBouncesHelp),
+       field(&Options::maxMirrors, "max_mirrors", range(0, 65536),
+             "most planes of mirrors that a frame draws: those with the most samples; 0: all"),
+       field(&Options::fallback, "fallback", kFallbacks, "how the others are rendered")});
   return table;
 }
 
@@ -64,20 +79,18 @@ class Planar : public Method {
     MethodPlan plan;
     plan.gbuffer = true;
     plan.bounces = options_.bounces;
-    std::size_t mirrors = 0;
-    std::size_t own = 0;
-    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-      if (!isFlatMirror(scene, scene.objects[i])) continue;
-      ++mirrors;
-      if (settings.reflectors.contains(static_cast<int>(i))) ++own;
-    }
+    const std::size_t mirrors = countMirrors(scene);
+    const std::size_t own = countMirrors(scene, settings.reflectors);
     if (own == 0) return plan;
+    if (leavesOut(own)) planFallback(scene, settings, plan);
     const std::uint64_t samples = settings.sampleCount();
     const int nested = mirrors > 1 ? options_.bounces - 1 : 0;
-    plan.items = {
-        {"pass", "mirrors",
-         "the scene is drawn as " + std::to_string(own) + " flat mirrors in view show it"},
-        {"resource", "mirrored depth", "DEPTH32F by sample", 4 * samples}};
+    plan.add({{"pass", "mirrors",
+               "the scene is drawn as " +
+                   (leavesOut(own) ? "up to " + std::to_string(options_.maxMirrors) + " planes of "
+                                   : std::string()) +
+                   std::to_string(own) + " flat mirrors in view show it"},
+              {"resource", "mirrored depth", "DEPTH32F by sample", 4 * samples}});
     if (nested > 0)
       plan.items.push_back({"resource", "mirrors in mirrors",
                             "depth, radiance and weights by sample, of " + std::to_string(nested) +
@@ -95,10 +108,7 @@ class Planar : public Method {
     cut_ = gl::Buffer("the plane that cuts", sizeof(Vec4));
     find(services);
     // Of mirrors that are hidden, or in one plane, any may come apart later
-    const auto isFlat = [&](const scene::Object& object) {
-      return isFlatMirror(services.scene, object);
-    };
-    const auto flat = std::ranges::count_if(services.scene.objects, isFlat);
+    const std::size_t flat = countMirrors(services.scene);
     if (flat == 0) return;
     const std::size_t levels = flat > 1 ? static_cast<std::size_t>(options_.bounces) : 1;
     const int width = services.gbuffer->sampleWidth();
@@ -125,6 +135,8 @@ class Planar : public Method {
     weighing_.defines = {{"FRESNEL", settings.fresnelSchlick ? "1" : "0"},
                          {"GGX", services.scene.hasGgxLobes() ? "1" : "0"}};
     shown_ = gl::FragmentCounter("samples of mirrors");
+    if (leavesOut(countMirrors(services.scene, settings.reflectors)))
+      prepareFallback(*services.gbuffer);
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
@@ -132,15 +144,26 @@ class Planar : public Method {
     if (settings_.masks && settings_.reflectors.all())
       gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     counts_ = {};
+    leftOut_.clear();
     if (!levels_.empty()) {
       services.timer.measure("mirrors", [&] {
         if (services.scene.animated()) find(services);
         draw(input.frame.camera, services);
       });
     }
+    const bool looksUp = !leftOutShader_.empty() && options_.fallback == Fallback::EnvironmentMap;
+    if (looksUp)
+      cubeMap_.follow(input, services, services.geometry.bounds.centre(), kFaceSize,
+                      !leftOut_.empty());
+    if (!leftOut_.empty()) fillLeftOut(input.frame.camera, services);
     output.counters["mirrors"] = counts_.mirrors;
     output.counters["mirrored_views"] = counts_.views;
     output.counters["mirrored_samples"] = counts_.samples;
+    output.counters["mirrors_left_out"] = counts_.leftOut;
+    output.counters["environment"] = looksUp ? counts_.leftOutSamples : 0;
+    output.counters["retraced"] = looksUp ? 0 : counts_.leftOutSamples;
+    if (looksUp)
+      output.counters["clamped_cube_map"] = leftOut_.empty() ? 0 : cubeMap_.clampedTexels();
   }
 
  private:
@@ -148,7 +171,80 @@ class Planar : public Method {
     std::uint64_t mirrors = 0;
     std::uint64_t views = 0;
     std::uint64_t samples = 0;
+    std::uint64_t leftOut = 0;  ///< mirrors
+    std::uint64_t leftOutSamples = 0;
   };
+  /// A plane of mirrors that the frame shows beyond max_mirrors.
+  struct LeftOut {
+    std::size_t mirror = 0;
+    Rectangle part;
+  };
+
+  /// Number of flat mirrors among these objects.
+  static std::size_t countMirrors(const scene::Scene& scene, const frame::ObjectSet& among = {}) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < scene.objects.size(); ++i)
+      if (isFlatMirror(scene, scene.objects[i]) && among.contains(static_cast<int>(i))) ++count;
+    return count;
+  }
+
+  /// Whether there are more of the method's own mirrors than may be drawn.
+  bool leavesOut(std::size_t own) const {
+    return options_.maxMirrors > 0 && own > static_cast<std::size_t>(options_.maxMirrors);
+  }
+
+  void planFallback(const scene::Scene& scene, const RunSettings& settings,
+                    MethodPlan& plan) const {
+    if (options_.fallback == Fallback::EnvironmentMap) {
+      plan.masks |= raster::kMaskEnvironment;
+      plan.add(cubeMapItems(kFaceSize, scene.animated()));
+      return;
+    }
+    plan.masks |= raster::kMaskRetraced;
+    plan.trace = true;
+    plan.add(tracedItems(settings, "samples of mirrors beyond max_mirrors"));
+  }
+
+  void prepareFallback(const raster::GBuffer& gbuffer) {
+    const bool traced = options_.fallback == Fallback::Traced;
+    leftOutShader_ = gl::Program::fullScreen(
+        "mirrors left out", "methods/planar/shaders/left_out.frag",
+        {{"TRACED", traced ? "1" : "0"}, {"MASKS", settings_.masks ? "1" : "0"}});
+    if (!traced) return;
+    toTrace_ = gl::Texture::make2D("mirrors left out", GL_R8UI, gbuffer.sampleWidth(),
+                                   gbuffer.sampleHeight());
+    marks_ = gl::Framebuffer("mirrors left out", {{.texture = toTrace_}});
+    tracing_.bounces = options_.bounces;
+    tracing_.fresnelSchlick = settings_.fresnelSchlick;
+  }
+
+  /// Fills the samples of mirrors beyond max_mirrors.
+  void fillLeftOut(const scene::Camera& camera, Services& services) {
+    const raster::GBuffer& gbuffer = *services.gbuffer;
+    const bool traced = options_.fallback == Fallback::Traced;
+    services.timer.measure("mirrors", [&] {
+      const gl::Framebuffer& target = traced ? marks_ : gbuffer.reflectionFramebuffer;
+      if (traced) target.clearColorUint(0, 0);
+      target.bind();
+      gbuffer.object.bind(0);
+      planeOf_.bind(1);
+      leftOutShader_.use();
+      if (!traced) {
+        gbuffer.normal.bind(2);
+        cubeMap_.bind(3);
+        leftOutShader_.set("rayFromSample", scene::rayFromPixel(camera, width_, height_));
+      }
+      for (const LeftOut& one : leftOut_) {
+        leftOutShader_.set("plane", static_cast<std::uint32_t>(one.mirror) + 1);
+        const gl::DrawScope scope(raster::within(one.part));
+        gl::drawFullScreenTriangle();
+      }
+    });
+    if (traced)
+      traceSamples({*services.trace, tracing_, settings_.reflectors, settings_.masks,
+                    raster::kMaskRetraced, &toTrace_},
+                   camera, services, bands_);
+  }
 
   Rectangle shownBy(const View& view, const Box3& box) const {
     return raster::Screen(view.clipFromWorld, nearMetres_, width_, height_).shows(box);
@@ -174,19 +270,50 @@ class Planar : public Method {
                         camera, static_cast<float>(width_) / static_cast<float>(height_))) *
                         glm::dmat4(scene::cameraFromWorld(camera)),
                     glm::dvec3(camera.eye())};
+    isDrawn_.assign(mirrors_.size(), true);
+    if (!leftOutShader_.empty()) choose(view, gbuffer);
     for (std::size_t m = 0; m < mirrors_.size(); ++m) {
+      if (!isDrawn_[m]) continue;
       const Rectangle part = shownBy(view, mirrors_[m].bounds);
-      if (part.empty()) continue;
-      region_.use();
-      gbuffer.object.bind(0);
-      planeOf_.bind(1);
-      region_.set("plane", static_cast<std::uint32_t>(m) + 1);
-      const std::uint64_t samples = open(0, part);
+      const std::uint64_t samples = openMirrors(m, part, gbuffer);
       if (samples == 0) continue;
       counts_.samples += samples;
       counts_.mirrors += mirrors_[m].ids.size();
       drawView(mirrored(view, mirrors_[m].plane), m, 0, part, services);
     }
+  }
+
+  /// Keeps max_mirrors planes of mirrors: those that cover the most samples, the first of equals.
+  void choose(const View& view, const raster::GBuffer& gbuffer) {
+    std::vector<Rectangle> parts;
+    std::vector<std::uint64_t> samples;
+    for (std::size_t m = 0; m < mirrors_.size(); ++m) {
+      parts.push_back(shownBy(view, mirrors_[m].bounds));
+      samples.push_back(openMirrors(m, parts[m], gbuffer));
+    }
+    std::vector<std::size_t> order(mirrors_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, std::ranges::greater(),
+                             [&](std::size_t m) { return samples[m]; });
+    for (std::size_t k = static_cast<std::size_t>(options_.maxMirrors); k < order.size(); ++k) {
+      const std::size_t m = order[k];
+      isDrawn_[m] = false;
+      if (samples[m] == 0) continue;
+      leftOut_.push_back({m, parts[m]});
+      counts_.leftOut += mirrors_[m].ids.size();
+      counts_.leftOutSamples += samples[m];
+    }
+  }
+
+  /// Opens the samples of a plane's mirrors that the frame itself shows. Returns their number.
+  std::uint64_t openMirrors(std::size_t mirror, const Rectangle& part,
+                            const raster::GBuffer& gbuffer) {
+    if (part.empty()) return 0;
+    region_.use();
+    gbuffer.object.bind(0);
+    planeOf_.bind(1);
+    region_.set("plane", static_cast<std::uint32_t>(mirror) + 1);
+    return open(0, part);
   }
 
   /// Opens the samples that the current program passes for drawing at a level, and no others.
@@ -223,7 +350,7 @@ class Planar : public Method {
     background_.draw(services.raster->scene().frame(), services.lighting, {}, state);
     if (l + 1 == levels_.size()) return;
     for (std::size_t m = 0; m < mirrors_.size(); ++m) {
-      if (m == mirror || isCut(view, mirrors_[m].bounds)) continue;
+      if (m == mirror || !isDrawn_[m] || isCut(view, mirrors_[m].bounds)) continue;
       const Rectangle shown = raster::intersection(part, shownBy(view, mirrors_[m].bounds));
       if (!shown.empty()) drawMirror(view, part, m, l, shown, services);
     }
@@ -282,6 +409,14 @@ class Planar : public Method {
   Options options_;
   RunSettings settings_;
   std::vector<FlatMirrors> mirrors_;
+  std::vector<bool> isDrawn_;     ///< by plane: whether max_mirrors lets this frame draw it
+  std::vector<LeftOut> leftOut_;  ///< by this frame
+  gl::Program leftOutShader_;     ///< empty: all mirrors are drawn
+  gl::Texture toTrace_;           ///< R8UI: samples of mirrors left out
+  gl::Framebuffer marks_;
+  CubeMap cubeMap_;
+  trace::ReflectionOptions tracing_;
+  Bands bands_;
   std::vector<Level> levels_;  ///< one for each bounce
   gl::Buffer planes_;          ///< by object id: the index of the own mirror's plane + 1, or 0
   gl::Texture planeOf_;
@@ -315,12 +450,25 @@ const MethodEntry& planarEntry() {
       .id = "planar",
       .summary = "draws the scene once more for each flat mirror, from the mirrored eye",
       .paper = "",
-      .steps = {{"mirrors", "frames", "the scene is drawn as flat mirrors show it"}},
+      .steps = {{"mirrors", "frames", "the scene is drawn as flat mirrors show it"},
+                {"cube_map", "frames",
+                 "with `max_mirrors`: the cube map is drawn; again after something has moved"},
+                {"readback", "frames", "samples to be traced are read back"},
+                {"trace", "frames", "rays of these samples are traced"},
+                {"resolve", "frames", "rays are generated; hits are shaded"},
+                {"upload", "frames", "traced reflections are uploaded"}},
       .counters = {{"mirrors", "flat mirrors in planes that the frame shows"},
                    {"mirrored_views",
                     "drawings of the scene: one per plane of mirrors, and per mirror in a mirror"},
-                   {"mirrored_samples", "samples of flat mirrors"}},
-      .tests = {.variants = {R"({"bounces": 2})"}, .planeMirrorPercent = 0.1},
+                   {"mirrored_samples", "samples of flat mirrors that are drawn"},
+                   {"mirrors_left_out", "flat mirrors in view beyond `max_mirrors`"},
+                   {"environment", "their samples that use the cube map"},
+                   {"retraced", "samples that were traced"},
+                   {"clamped_cube_map", "texels of the cube map above the range of half floats",
+                    true, "max_mirrors"}},
+      .tests = {.variants = {R"({"bounces": 2})", R"({"max_mirrors": 1, "bounces": 2})",
+                             R"({"max_mirrors": 1, "fallback": "traced"})"},
+                .planeMirrorPercent = 0.1},
       .options = optionTable().schema(),
       .make = [](const config::Value& options) -> std::unique_ptr<Method> {
         return std::make_unique<Planar>(optionTable().parse(options));

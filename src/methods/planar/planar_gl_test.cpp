@@ -1,12 +1,17 @@
 #include "methods/planar/planar.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "frame/test_scenes.h"
+#include "methods/shared/cube_map.h"
 #include "methods/testing/gl_harness.h"
 
 namespace catoptric::methods {
@@ -107,6 +112,109 @@ TEST(Planar, ShadesOnlyItsOwnMirrorsButShowsAllInThem) {
     ASSERT_EQ(own[4 * i], ids[i] == 1 ? all[4 * i] : -1.0f) << i;
   }
   EXPECT_GT(samples, 1000);
+}
+
+/// The corner's reflections, by its first three objects.
+struct CornerFrame {
+  FrameOutput output;
+  std::vector<float> shown;
+  std::vector<std::uint32_t> ids;
+  std::vector<std::uint16_t> masks;
+
+  CornerFrame(const MethodEntry& method, const std::string& options) {
+    test::GlStage stage(corner(), test::framesOf(kWidth, kHeight, 1, true));
+    output = test::GlMethod(stage, method, options).render(camera());
+    shown = raster::readRgba(stage.gbuffer.reflection);
+    ids = raster::readIds(stage.gbuffer.object);
+    masks = raster::readMasks(stage.gbuffer.masks);
+  }
+  /// Samples of an object that differ from another frame's by more than `most`.
+  int different(std::uint32_t id, const CornerFrame& other, float most = 0.0f) const {
+    int count = 0;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      float worst = 0.0f;
+      for (std::size_t c = 0; c < 3; ++c)
+        worst = std::max(worst, std::abs(shown[4 * i + c] - other.shown[4 * i + c]));
+      count += ids[i] == id && worst > most ? 1 : 0;
+    }
+    return count;
+  }
+};
+
+TEST(Planar, DrawsTheLargestMirrorsWithinItsBudget) {
+  const CornerFrame all(planarEntry(), "{}");
+  std::array<std::uint64_t, 4> samples{};
+  for (const std::uint32_t id : all.ids) samples[std::min(id, 4u) % 4] += id > 0 ? 1 : 0;
+  std::array<std::uint32_t, 3> largest = {1, 2, 3};
+  std::ranges::sort(largest, std::ranges::greater(), [&](std::uint32_t id) { return samples[id]; });
+  for (const char* fallback : {"environment_map", "traced"}) {
+    const CornerFrame other(test::methodNamed(fallback),
+                            fallback[0] == 'e' ? R"({"face_size": 256})" : "{}");
+    const bool looksUp = fallback[0] == 'e';
+    for (std::size_t budget = 1; budget <= 3; ++budget) {
+      const CornerFrame some(
+          planarEntry(),
+          fmt::format(R"({{"max_mirrors": {}, "fallback": "{}"}})", budget, fallback));
+      const std::uint16_t mark = looksUp ? raster::kMaskEnvironment : raster::kMaskRetraced;
+      std::uint64_t leftOut = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const bool drawn = k < budget;
+        const std::uint32_t id = largest[k];
+        EXPECT_EQ(some.different(id, drawn ? all : other), 0) << fallback << " " << budget;
+        if (looksUp) {
+          EXPECT_GT(all.different(id, other, 0.01f), 100);
+        }
+        leftOut += drawn ? 0 : samples[id];
+        for (std::size_t i = 0; i < some.ids.size(); ++i) {
+          if (some.ids[i] != id) continue;
+          ASSERT_EQ((some.masks[i] & mark) != 0, !drawn);
+        }
+      }
+      const Counters& counters = some.output.counters;
+      EXPECT_EQ(counters.at("mirrors"), budget);
+      EXPECT_EQ(counters.at("mirrors_left_out"), 3 - budget);
+      EXPECT_EQ(counters.at("environment"), looksUp ? leftOut : 0);
+      EXPECT_EQ(counters.at("retraced"), looksUp ? 0 : leftOut);
+    }
+  }
+}
+
+TEST(Planar, MirrorsBeyondTheBudgetShowTheirDiffuseComponentInMirrors) {
+  // Within the budget, mirrors reflect each other as ever
+  const CornerFrame twice(planarEntry(), R"({"bounces": 2})");
+  const CornerFrame three(planarEntry(), R"({"bounces": 2, "max_mirrors": 3})");
+  const CornerFrame one(planarEntry(), R"({"bounces": 2, "max_mirrors": 1})");
+  const CornerFrame once(planarEntry(), R"({"max_mirrors": 1})");
+  for (std::uint32_t id = 1; id <= 3; ++id) {
+    EXPECT_EQ(three.different(id, twice), 0);
+    EXPECT_EQ(one.different(id, once), 0);
+  }
+}
+
+TEST(Planar, PlansAFallbackOnlyForMirrorsBeyondTheBudget) {
+  const auto planOf = [](const std::string& options) {
+    return planarEntry()
+        .make(config::parseText(options, "options"))
+        ->plan(corner(), test::framesOf(kWidth, kHeight, 1));
+  };
+  const auto bytes = [](const MethodPlan& plan) {
+    std::uint64_t sum = 0;
+    for (const PlanItem& item : plan.items) sum += item.bytes;
+    return sum;
+  };
+  const MethodPlan all = planOf("{}");
+  for (const char* options :
+       {R"({"max_mirrors": 3})", R"({"max_mirrors": 3, "fallback": "traced"})"}) {
+    EXPECT_FALSE(planOf(options).trace);
+    EXPECT_EQ(bytes(planOf(options)), bytes(all));
+    EXPECT_EQ(planOf(options).masks, 0);
+  }
+  const MethodPlan looksUp = planOf(R"({"max_mirrors": 2})");
+  EXPECT_EQ(bytes(looksUp), bytes(all) + cubeMapBytes(256, 8));
+  EXPECT_EQ(looksUp.masks, raster::kMaskEnvironment);
+  const MethodPlan traces = planOf(R"({"max_mirrors": 2, "fallback": "traced"})");
+  EXPECT_TRUE(traces.trace);
+  EXPECT_EQ(traces.masks, raster::kMaskRetraced);
 }
 
 // Two mirrors in one plane come apart: each reflects the other, with a level for it.
