@@ -63,12 +63,10 @@ const config::OptionTable<Options>& optionTable() {
        field(&Options::probes, "probes", config::range(1, kMostProbes),
              "cube maps; above 1: each in the middle of a group of neighbouring reflectors"),
        field(&Options::blended, "blend", kBlends,
-             "maps that a sample reads. nearest: its group's; distance: the two nearest, blended "
-             "by distance"),
+             "maps that a sample reads. nearest: its group's; distance: the two nearest, blended"),
        field(&Options::proxy, "proxy", kProxies,
-             "how far away the scene is that the cube map shows. none: infinitely; box: on the box "
-             "of the scene's bounds; sphere: on a sphere about the viewpoint, whose "
-             "diameter is the box's longest edge")
+             "where the scene that a map shows lies. none: infinitely far; box: on its bounds; "
+             "sphere: on one about the viewpoint, as wide as the bounds' longest edge")
            .trade("none,box"),
        field(&Options::faceSize, "face_size", config::range(1, 4096), kFaceSizeHelp)
            .trade("256,512,1024")});

@@ -52,9 +52,9 @@ std::vector<std::vector<int>> groupReflectors(std::vector<int> reflectors,
       const float at = middleOf(object, geometry)[spread.axis];
       return at - spread.from < spread.to - at;
     };
-    const auto far = std::ranges::stable_partition(*widest, near);
-    std::vector<int> cut(far.begin(), far.end());
-    widest->erase(far.begin(), far.end());
+    const auto far = std::stable_partition(widest->begin(), widest->end(), near);
+    std::vector<int> cut(far, widest->end());
+    widest->erase(far, widest->end());
     groups.push_back(std::move(cut));
   }
   return groups;
@@ -72,8 +72,7 @@ Vec3 probeCentre(std::span<const int> group, const frame::Geometry& geometry) {
   if (size[axes[0]] > thin || size[axes[1]] <= thin) return centre;
   const int across = axes[0];
   const float inwards = geometry.bounds.centre()[across] - centre[across];
-  centre[across] +=
-      std::copysign(std::min(kRaise * box.diameter(), std::abs(inwards)), inwards);
+  centre[across] += std::copysign(std::min(kRaise * box.diameter(), std::abs(inwards)), inwards);
   return centre;
 }
 

@@ -36,10 +36,9 @@ const config::OptionTable<Options>& optionTable() {
        field(&Options::bounces, "bounces", range(1, static_cast<double>(kMaxTurns)), kBouncesHelp),
        field(
            in(&Options::path, &PathOptions::groups), "several", kSeveral,
-           "how all reflections of a point are found. minima: a sampled path gives a reflection if "
-           "its reflected ray passes nearer to the point than the rays of its neighbours; "
-           "groups: the nearest sampled paths are grouped, and each group gives a reflection, "
-           "as in the paper"),
+           "how all reflections of a point are found. minima: where a sampled path's reflected ray "
+           "passes nearer to it than its neighbours'; groups: one in each group of nearest sampled "
+           "paths, as in the paper"),
        field(in(&Options::path, &PathOptions::candidates), "candidates", range(1, 64),
              "with `several` groups: number of nearest sampled paths that are grouped"),
        field(
@@ -56,11 +55,12 @@ const config::OptionTable<Options>& optionTable() {
              "an edge is split if its midpoint's reflection is farther than this from the midpoint "
              "of its reflected ends, pixels; 0: never")
            .trade("0.25,0.5,1,2"),
-       field(
-           &Options::tracedPerPixel, "traced_per_pixel", range(0, 1000),
-           "with `order` auto: bound on the paths traced for one object's reflection in one "
-           "mirror (or one chain of mirrors), divided by the frame's number of pixels. 262144 "
-           "paths are always allowed. Beyond the bound no edge is split (counter coarse_objects)"),
+       field(&Options::tracedPerPixel, "traced_per_pixel", range(0, 1000),
+             "with `order` auto: most paths traced for an object's reflection in a mirror or chain "
+             "of "
+             "mirrors, per pixel of the frame; at least 262144. Beyond that no edge is split "
+             "(counter "
+             "coarse_objects)"),
        config::mebibytes(
            &Options::memoryBytes, "memory_mib",
            "memory of the virtual objects, MiB; beyond it objects are left out (counter "

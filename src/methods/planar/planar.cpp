@@ -45,7 +45,7 @@ const config::OptionTable<Options>& optionTable() {
       "planar", "Options of the method planar.",
       {field(&Options::bounces, "bounces", range(1, 16), kBouncesHelp),
        field(&Options::maxMirrors, "max_mirrors", range(0, 65536),
-             "most planes of mirrors that a frame draws: those with the most samples; 0: all"),
+             "planes of mirrors that a frame draws, those with most samples first; 0: all"),
        field(&Options::fallback, "fallback", kFallbacks, "how the others are rendered")});
   return table;
 }

@@ -21,8 +21,8 @@ inline constexpr auto kBvhPolicies =
                                      {"rebuild_low", trace::BvhPolicy::RebuildLow},
                                      {"rebuild_medium", trace::BvhPolicy::RebuildMedium}});
 inline constexpr const char* kBvhHelp =
-    "how Embree's BVH follows moving objects. refit: each object has a BVH, refitted when it "
-    "moves; static: the same, but one BVH for the whole scene if no object moves. rebuild_low, "
-    "rebuild_medium: everything is rebuilt in every frame, at this quality";
+    "how Embree's BVH follows moving objects. refit: one per object, refitted; static: the same, "
+    "or one for the whole scene if nothing moves. rebuild_low, rebuild_medium: rebuilt in every "
+    "frame, at this quality";
 
 }  // namespace catoptric::methods
