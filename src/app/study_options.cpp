@@ -9,6 +9,7 @@
 #include "core/file.h"
 #include "core/log.h"
 #include "core/text.h"
+#include "gl/given_shaders.h"
 #include "run/folder/machine.h"
 
 namespace catoptric::app {
@@ -125,6 +126,7 @@ study::Inputs studyInputs(const RunOptions& options) {
             add("--device", own.device);
             add("--threads", own.threads);
             add("--seed", own.seed);
+            add("--shader-dir", gl::shaderFolder().string());
             return words;
           }};
 }
@@ -214,6 +216,7 @@ study::BenchOptions benchOptions(const StudyOptions& options, const fs::path& fo
   bench.folder = folder;
   bench.repeats = options.repeats;
   bench.workers = options.workers;
+  bench.shaders = gl::givenShaders();
   if (options.time != "steady") bench.first = study::FirstFrames::EachRound;
   bench.seed = options.seed.empty() ? 0 : std::stoull(options.seed);
   bench.patience = patience(options.patience);

@@ -65,6 +65,21 @@ TEST_F(Sweep, CamerasReachTheWorkers) {
   }
 }
 
+TEST_F(Sweep, ShadersOfAFolderReachTheWorkers) {
+  const fs::path file = folder / "src/methods/environment_map/shaders/lookup.frag";
+  fs::create_directories(file.parent_path());
+  const std::string sweep =
+      "sweep scene.json --method environment_map,traced --against traced --repeats 0 --progress "
+      "none --set image.width=32 --set image.height=24 --frames 1 --camera front --out s "
+      "--existing resume --shader-dir src";
+  const Result own = run(sweep);
+  EXPECT_EQ(own.exitCode, 0) << own.err;
+  std::ofstream(file) << "no shader\n";  // what was measured with others is measured again
+  const Result wrong = run(sweep);
+  EXPECT_EQ(wrong.exitCode, 6) << wrong.err;
+  EXPECT_THAT(wrong.err, HasSubstr("lookup.frag"));
+}
+
 TEST_F(Sweep, AssetFoldersReachTheWorkers) {
   fs::create_directory(folder / "parts");
   std::ofstream(folder / "parts/triangle.gltf") << R"({"asset": {"version": "2.0"},

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "gl/draw_state.h"
+#include "gl/given_shaders.h"
 #include "gl/query.h"
 #include "gl/shader.h"
 #include "gl/test_context.h"
@@ -355,8 +356,13 @@ TEST(Program, ShaderFolderOverridesEmbeddedFiles) {
   std::filesystem::create_directories(folder / "gl/testdata");
   std::ofstream(folder / "gl/testdata/pattern.frag") << "layout(location = 0) out vec4 result;\n"
                                                         "void main() { result = vec4(9.0); }\n";
+  EXPECT_EQ(givenShaders(), "");
   setShaderFolder(folder);
   Program program = Program::fullScreen("override", "gl/testdata/pattern.frag");
+  const std::string given = givenShaders();
+  EXPECT_NE(given, "");
+  std::ofstream(folder / "gl/testdata/pattern.frag", std::ios::app) << "// longer\n";
+  EXPECT_NE(givenShaders(), given);
   setShaderFolder({});
   std::filesystem::remove_all(folder);
   const Texture color = Texture::make2D("color", GL_R32F, 1, 1);

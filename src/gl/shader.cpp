@@ -9,9 +9,11 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/hash.h"
 #include "core/log.h"
 #include "core/text.h"
 #include "gl/context.h"
+#include "gl/given_shaders.h"
 
 namespace catoptric::gl {
 namespace {
@@ -22,7 +24,7 @@ std::map<std::string, const char*>& embeddedFiles() {
   return files;
 }
 
-std::filesystem::path shaderFolder;
+std::filesystem::path givenFolder;
 
 [[noreturn]] void fail(const std::string& message) {
   throw Error(ExitCode::Internal, message);
@@ -30,8 +32,8 @@ std::filesystem::path shaderFolder;
 
 // The file's text: of the override folder, else embedded.
 std::optional<std::string> findShader(const std::string& name) {
-  if (!shaderFolder.empty() && std::filesystem::is_regular_file(shaderFolder / name)) {
-    return readTextFile(shaderFolder / name);
+  if (!givenFolder.empty() && std::filesystem::is_regular_file(givenFolder / name)) {
+    return readTextFile(givenFolder / name);
   }
   const auto found = embeddedFiles().find(name);
   if (found == embeddedFiles().end()) return std::nullopt;
@@ -199,7 +201,18 @@ void setShaderFolder(const std::filesystem::path& folder) {
     throw UsageError("--shader-dir " + folder.string() +
                      ": not a folder; it must be a copy of src/ with shader files in it");
   }
-  shaderFolder = folder;
+  givenFolder = folder;
+}
+
+const std::filesystem::path& shaderFolder() {
+  return givenFolder;
+}
+
+std::string givenShaders() {
+  if (givenFolder.empty()) return "";
+  Fingerprint print;
+  for (const auto& [name, embedded] : embeddedFiles()) print.add(*findShader(name));
+  return print.text();
 }
 
 bool registerShaders(const EmbeddedFile* files, std::size_t count) {

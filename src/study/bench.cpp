@@ -195,7 +195,8 @@ Setting Bench::prepare(const Point& point) {
     if (!point.program.empty() && !fs::is_regular_file(point.program, error))
       throw UsageError("program " + point.program + ": no such file; give a build of catoptric");
     const InputFiles::Recording recording(inputs_);
-    program = printOfFile(point.program.empty() ? ownProgram() : fs::path(point.program));
+    program = printOfFile(point.program.empty() ? ownProgram() : fs::path(point.program)) +
+              options_.shaders;
   }
   // With its name: the same options twice are two settings, which may be compared.
   setting.key =

@@ -34,6 +34,7 @@ struct BenchOptions {
   int workers = 8;  ///< maximum number of resident workers; fewer if memory is short
   std::uint64_t seed = 0;
   std::string processor = run::processorName();  ///< the processor on which times are measured
+  std::string shaders = {};  ///< a fingerprint of shaders that replace the programs' own
   bool keepFrames = false;
   FirstFrames first = FirstFrames::Once;
   Patience patience;

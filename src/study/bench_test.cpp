@@ -59,6 +59,8 @@ TEST_F(Keys, DependOnAllThatTimesAndErrorsDependOn) {
   expectAnother("processor");
   point_.method = "twin";
   expectAnother("name of the same options");
+  options_.shaders = "given";
+  expectAnother("shaders of a folder");
   write("program", "of yesterday");
   expectAnother("program");
   write("path.json", R"({"frames": 2, "orbit": {"center": [0, 0, 0], "radius": 4}})");

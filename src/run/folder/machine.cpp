@@ -15,6 +15,7 @@
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "core/vector_level.h"
+#include "gl/given_shaders.h"
 #include "trace/embree/instructions.h"
 
 #ifndef CATOPTRIC_VERSION
@@ -77,6 +78,7 @@ std::string buildFingerprint() {
   static const std::string text = [] {
     Fingerprint fingerprint;
     fingerprint.add(linkersBuildId());
+    fingerprint.add(gl::givenShaders());
     return fingerprint.text();
   }();
   return text;
