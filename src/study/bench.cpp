@@ -82,7 +82,8 @@ constexpr double kLeastSeconds = 4.0;
 /// (tests/same_twice.py --load).
 constexpr double kMostSeconds = 12.0;
 
-constexpr const char* kSamplesHeader = "round,turn,point,frame,seconds,cpu_seconds,steps";
+constexpr std::string_view kSamplesHeader =
+    "round,turn,point,frame,seconds,cpu_seconds,steps,memory_bytes";
 
 }  // namespace
 
@@ -113,7 +114,7 @@ std::string samplesCsv(const Samples& samples, bool header) {
     std::string steps;
     for (const auto& [step, seconds] : turn.report.steps)
       steps += (steps.empty() ? "" : ";") + step + "=" + report::exactText(seconds);
-    text += steps + "\n";
+    text += steps + "," + std::to_string(turn.report.memoryBytes) + "\n";
   }
   return text;
 }
@@ -125,11 +126,12 @@ Samples parseSamples(const std::string& text, const std::string& name) {
   for (std::string line; std::getline(lines, line);) {
     const std::string place = name + ":" + std::to_string(++number);
     if (number == 1) {
-      if (line != kSamplesHeader) throw UsageError(place + ": is not a file of samples");
+      // Older builds leave out the last columns
+      if (!kSamplesHeader.starts_with(line)) throw UsageError(place + ": is not a file of samples");
       continue;
     }
     const std::vector<std::string> cells = cellsOf(line, ',');
-    if (cells.size() < 6) throw UsageError(place + ": a line of samples must have 6 or 7 cells");
+    if (cells.size() < 6) throw UsageError(place + ": a line of samples must have 6 to 8 cells");
     Turn turn;
     turn.round = cellNumber<int>(cells[0], place);
     turn.turn = cellNumber<int>(cells[1], place);
@@ -146,6 +148,7 @@ Samples parseSamples(const std::string& text, const std::string& name) {
       turn.report.steps[step.substr(0, equals)] =
           cellNumber<double>(step.substr(equals + 1), place);
     }
+    if (cells.size() > 7) turn.report.memoryBytes = cellNumber<std::uint64_t>(cells[7], place);
     samples.repeats = std::max(samples.repeats, turn.round);
     if (turn.frame != kFirst &&
         std::find(samples.frames.begin(), samples.frames.end(), turn.frame) == samples.frames.end())

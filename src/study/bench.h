@@ -195,8 +195,9 @@ class Bench {
 /// OutputError.
 void removeStudy(const std::filesystem::path& folder);
 
-/// The text of a file of times: "round,turn,point,frame,seconds,cpu_seconds,steps". Frame 0 is a
-/// first frame, with all that is built before it.
+/// The text of a file of times: "round,turn,point,frame,seconds,cpu_seconds,steps,memory_bytes".
+/// Frame 0 is a first frame, with all that is built before it. The memory is the most that the
+/// process has had so far.
 std::string samplesCsv(const Samples& samples, bool header = true);
 Samples parseSamples(const std::string& text, const std::string& name);
 

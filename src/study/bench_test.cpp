@@ -6,6 +6,8 @@
 #include <fstream>
 #include <set>
 
+#include "core/error.h"
+
 namespace catoptric::study {
 namespace {
 
@@ -57,10 +59,10 @@ TEST_F(Keys, DependOnAllThatTimesAndErrorsDependOn) {
   expectAnother("environment");
   options_.processor = "another";
   expectAnother("processor");
-  point_.method = "twin";
-  expectAnother("name of the same options");
   options_.shaders = "given";
   expectAnother("shaders of a folder");
+  point_.method = "twin";
+  expectAnother("name of the same options");
   write("program", "of yesterday");
   expectAnother("program");
   write("path.json", R"({"frames": 2, "orbit": {"center": [0, 0, 0], "radius": 4}})");
@@ -72,6 +74,36 @@ TEST_F(Keys, DependOnAllThatTimesAndErrorsDependOn) {
   write("scene.json", R"({"objects": [{"name": "ball", "shape": "sphere", "radius": 0.6,
                           "material": {"base_color": [0.9, 0.9, 0.9], "s": 0.9, "g": 0}}]})");
   expectAnother("scene");
+}
+
+TEST(SamplesFile, ReadsBackTheSameAndThoseOfOlderBuilds) {
+  Samples written;
+  written.keys = {"a", "b"};
+  for (const std::size_t setting : {0u, 1u}) {
+    Turn turn{1, 2, setting, 3, {}};
+    turn.report.seconds = 0.25;
+    turn.report.cpuSeconds = 0.5;
+    turn.report.steps = {{"gbuffer", 0.125}, {"trace", 0.0625}};
+    turn.report.memoryBytes = 1000 + setting;
+    written.measurement.turns.push_back(turn);
+    turn.frame = kFirst;
+    turn.report.steps.clear();
+    turn.report.memoryBytes = 3000;
+    if (setting == 1) written.measurement.turns.push_back(turn);
+  }
+  const std::string text = samplesCsv(written);
+  const Samples read = parseSamples(text, "samples");
+  EXPECT_EQ(samplesCsv(read), text);
+  EXPECT_EQ(read.keys, written.keys);
+  EXPECT_EQ(read.frames, std::vector<int>{3});
+  EXPECT_EQ(read.measurement.memoryBytes(0), 1000u);
+  EXPECT_EQ(read.measurement.memoryBytes(1), 3000u);
+
+  const Samples older = parseSamples(
+      "round,turn,point,frame,seconds,cpu_seconds,steps\n1,1,a,3,0.5,0.5,gbuffer=0.1\n", "older");
+  EXPECT_EQ(older.measurement.turns.at(0).report.steps.at("gbuffer"), 0.1);
+  EXPECT_EQ(older.measurement.memoryBytes(0), 0u);
+  EXPECT_THROW(parseSamples("frame,seconds\n", "other"), UsageError);
 }
 
 }  // namespace

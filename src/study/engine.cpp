@@ -101,6 +101,13 @@ double Measurement::seconds(std::size_t setting, const TimeKind& kind) const {
   return (first + (kind.amortize - 1) * steady) / kind.amortize;
 }
 
+std::uint64_t Measurement::memoryBytes(std::size_t setting) const {
+  std::uint64_t most = 0;
+  for (const Turn& turn : turns)
+    if (turn.setting == setting) most = std::max(most, turn.report.memoryBytes);
+  return most;
+}
+
 RoundTimes Measurement::stepTimes(std::size_t setting, const std::string& step) const {
   return collect(turns, setting, false, [&](const FrameReport& report) {
     const auto found = report.steps.find(step);

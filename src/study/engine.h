@@ -20,7 +20,8 @@ struct FrameReport {
   double cpuSeconds = 0.0;  ///< CPU time of all its threads
   std::map<std::string, double> steps;
   std::map<std::string, std::uint64_t> counters;
-  std::string pixels;  ///< fingerprint of R, G, B; only if writing was requested
+  std::string pixels;             ///< fingerprint of R, G, B; only if writing was requested
+  std::uint64_t memoryBytes = 0;  ///< most of its process so far; 0: not known
 };
 
 /// One setting that is ready to render.
@@ -104,6 +105,8 @@ struct Measurement {
   RoundTimes times(std::size_t setting, const TimeKind& kind = {}) const;
   /// The mean time of a frame. First frames that were timed only once suffice. 0: not known.
   double seconds(std::size_t setting, const TimeKind& kind) const;
+  /// The most memory, in bytes, of the processes that rendered a setting; 0: not known.
+  std::uint64_t memoryBytes(std::size_t setting) const;
   /// The times of a step of a setting, by round and frame; 0 if a frame does not have the step.
   RoundTimes stepTimes(std::size_t setting, const std::string& step) const;
   /// The names of a setting's steps, sorted by time, longest first.

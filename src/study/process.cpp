@@ -229,7 +229,8 @@ FrameReport WorkerProcess::ask(int frame, const std::string& text) {
     report.counters[name] = static_cast<std::uint64_t>(count);
   if (answer.has("pixels")) report.pixels = answer.get("pixels").asString();
   if (answer.has("memory_bytes"))
-    memoryBytes_ = static_cast<std::uint64_t>(answer.get("memory_bytes").asNumber());
+    report.memoryBytes = memoryBytes_ =
+        static_cast<std::uint64_t>(answer.get("memory_bytes").asNumber());
   return report;
 }
 

@@ -38,28 +38,12 @@ double mean(const std::vector<double>& values) {
 }
 
 const std::vector<std::string>& functions() {
-  static const std::vector<std::string> names{"ms",
-                                              "worst_ms",
-                                              "first_ms",
-                                              "mean_ms",
-                                              "step",
-                                              "ratio",
-                                              "error",
-                                              "worst",
-                                              "mean",
-                                              "most",
-                                              "percent",
-                                              "per",
-                                              "spread",
-                                              "median",
-                                              "first",
-                                              "error_of",
-                                              "slope",
-                                              "reflection_ms",
-                                              "reflection_ratio",
-                                              "refused",
-                                              "front",
-                                              "take"};
+  static const std::vector<std::string> names{
+      "ms",      "worst_ms", "first_ms", "mean_ms",       "memory_mb",
+      "step",    "ratio",    "error",    "worst",         "mean",
+      "most",    "percent",  "per",      "spread",        "median",
+      "first",   "error_of", "slope",    "reflection_ms", "reflection_ratio",
+      "refused", "front",    "take"};
   return names;
 }
 
@@ -226,14 +210,14 @@ double SuiteData::number(const Value& cell) const {
   if (call.name.empty())
     cell.fail(
         cell.dump() +
-        " is not a value; allowed: ms(R), worst_ms(R), first_ms(R), mean_ms(R), step(R, NAME), "
-        "ratio(R, R), reflection_ms(R), reflection_ratio(R, R), front(R, TIME), take(R, MOST), "
-        "refused(R), error(R, "
-        "MEASURE), worst(R, MEASURE), mean(R, COUNTER), most(R, COUNTER), per(R, COUNTER, "
-        "COUNTER), percent(R, COUNTER, COUNTER), error_of(R, OBJECT), slope(FIGURE, SERIES), and "
-        "over the frames median(F, R, ...), first(F, R, ...), spread(F, R, ...) (mean / most) of F "
-        "ms, step, ratio, error, mean or percent, where R is RUN.METHOD, a counter `samples` is "
-        "the frame's own, and step, per and percent take sums, NAME + NAME");
+        " is not a value; allowed: ms(R), worst_ms(R), first_ms(R), mean_ms(R), memory_mb(R), "
+        "step(R, NAME), ratio(R, R), reflection_ms(R), reflection_ratio(R, R), front(R, TIME), "
+        "take(R, MOST), refused(R), error(R, MEASURE), worst(R, MEASURE), mean(R, COUNTER), "
+        "most(R, COUNTER), per(R, COUNTER, COUNTER), percent(R, COUNTER, COUNTER), error_of(R, "
+        "OBJECT), slope(FIGURE, SERIES), and over the frames median(F, R, ...), first(F, "
+        "R, ...), spread(F, R, ...) (mean / most) of F ms, step, ratio, error, mean or percent, "
+        "where R is RUN.METHOD, a counter `samples` is the frame's own, and step, per and percent "
+        "take sums, NAME + NAME");
   if (const auto known = stored.find(cell.asString()); known != stored.end())
     return known->second.number;
   if (call.name == "slope") return slopeOf(call.arguments, cell);
@@ -248,9 +232,9 @@ double SuiteData::number(const Value& cell) const {
   }
   if (call.name == "front") return front(call.arguments, cell).number;
   if (call.name == "take") return take(call.arguments, cell).number;
-  const std::size_t arguments = call.name.ends_with("ms") || call.name == "refused" ? 1
-                                : call.name == "percent" || call.name == "per"      ? 3
-                                                                                    : 2;
+  const bool takesOne =
+      call.name.ends_with("ms") || call.name == "memory_mb" || call.name == "refused";
+  const std::size_t arguments = takesOne ? 1 : call.name == "percent" || call.name == "per" ? 3 : 2;
   if (call.arguments.size() != arguments)
     cell.fail(call.name + " takes " + std::to_string(arguments) + " arguments");
   const Entry& one = entry(call.arguments[0], cell);
@@ -282,6 +266,8 @@ double SuiteData::number(const Value& cell) const {
     const double seconds = measurement.seconds(one.index, {Clock::Wall, of, one.amortize});
     return seconds > 0.0 ? 1e3 * seconds : NAN;
   }
+  if (call.name == "memory_mb")
+    return 1e-6 * static_cast<double>(measurement.memoryBytes(one.index));
   if (call.name == "worst_ms") return 1e3 * frameSeconds(measurement.times(one.index)).worst;
   if (call.name == "step") return 1e3 * mean(stepSeconds(one, call.arguments[1]));
   requireTurns(call.arguments[0], call.arguments[1], cell);

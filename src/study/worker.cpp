@@ -1,6 +1,5 @@
 #include "study/worker.h"
 
-#include <sys/resource.h>
 #include <time.h>
 
 #include <algorithm>
@@ -32,12 +31,6 @@ double cpuSeconds() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-std::uint64_t peakMemoryBytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
 /// Fingerprint of R, G, B, which does not depend on how a file keeps them.
@@ -102,7 +95,7 @@ class Frames {
         .add("startup_seconds", startup)
         .raw("startup", stepsJson(samples))
         .raw("builds", builds.object())
-        .add("memory_bytes", peakMemoryBytes())
+        .add("memory_bytes", run::peakMemory())
         .object();
   }
 
@@ -132,9 +125,8 @@ class Frames {
         fs::create_directories((writeTo / file.path).parent_path());
         writeFileAtomically(writeTo / file.path, file.bytes);
       }
-      answer.add("memory_bytes", peakMemoryBytes());
     }
-    return answer.add("counters", frame.counters).object();
+    return answer.add("counters", frame.counters).add("memory_bytes", run::peakMemory()).object();
   }
 
  private:

@@ -139,6 +139,15 @@ std::uint64_t freeMemory(const fs::path& root) {
                   leftByGroups(root).value_or(unlimited));
 }
 
+std::uint64_t peakMemory(const fs::path& root) {
+  const std::map<std::string, std::uint64_t> own = namedNumbersIn(root / "proc/self/status");
+  if (const auto peak = own.find("VmHWM:"); peak != own.end()) return peak->second * 1024;
+  // Begins with the peak of the process that started this one
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
 ObtainableMemory obtainableMemory(const fs::path& root) {
   const OwnMemory own = ownMemory(root);
   ObtainableMemory least{std::numeric_limits<std::uint64_t>::max(), "nothing limits it to"};

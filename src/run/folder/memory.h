@@ -13,6 +13,10 @@ namespace catoptric::run {
 /// process's control groups leave if that is less. `root`: see obtainableMemory().
 std::uint64_t freeMemory(const std::filesystem::path& root = "/");
 
+/// The most memory, in bytes, that this process has had resident since its program began. `root`:
+/// see obtainableMemory().
+std::uint64_t peakMemory(const std::filesystem::path& root = "/");
+
 /// The memory that this process can have in all, with what it has now.
 struct ObtainableMemory {
   std::uint64_t bytes = 0;

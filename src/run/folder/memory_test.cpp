@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <vector>
+
 #include "core/error.h"
 #include "run/test_folders.h"
 
@@ -30,6 +32,7 @@ class Machine {
   }
   ObtainableMemory memory() const { return obtainableMemory(root_); }
   std::uint64_t free() const { return freeMemory(root_); }
+  std::uint64_t peak() const { return peakMemory(root_); }
 
  private:
   fs::path root_;
@@ -83,6 +86,20 @@ TEST(Memory, ProcessesShareWhatIsFreeWithoutSwap) {
   EXPECT_EQ(machine.free(), 800 * kMiB);
   machine.write("sys/fs/cgroup/job/memory.current", std::to_string(200 * kMiB));
   EXPECT_EQ(machine.free(), 700 * kMiB);
+}
+
+// Not what the process had that started it: ru_maxrss begins with that.
+TEST(Memory, APeakIsOfThisProgramAlone) {
+  const Machine machine;
+  machine.write("proc/self/status",
+                "Name:\tcatoptric\nVmPeak:\t 9999 kB\nVmHWM:\t 1234 kB\nVmRSS:\t 10 kB\n");
+  EXPECT_EQ(machine.peak(), 1234u * 1024);
+  machine.write("proc/self/status", "Name:\tcatoptric\n");
+  EXPECT_GT(machine.peak(), kMiB);
+  std::vector<char> memory(256 * kMiB, 1);
+  EXPECT_EQ(memory[memory.size() / 2], 1);
+  memory = {};
+  EXPECT_GT(peakMemory(), 256 * kMiB);
 }
 
 TEST(Memory, GpusAreFoundByTheirDevices) {
