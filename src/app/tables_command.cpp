@@ -155,17 +155,19 @@ void writeTables(const study::Suite& suite, const study::SuiteData& data,
                  const TablesOptions& options, const std::filesystem::path& folder,
                  const std::string& context) {
   const std::vector<report::Table> tables = study::suiteTables(suite, data);
-  std::vector<study::Chart> charts;
-  for (study::SuiteChart& one : study::suiteCharts(suite, data)) {
-    if (!one.file.empty() && !options.pictures.empty())
-      writeFileAtomically(std::filesystem::path(options.pictures) / one.file,
-                          std::string_view(study::toSvg(one.chart)));
-    charts.push_back(std::move(one.chart));
+  const std::vector<study::SuiteFigure> figures = study::suiteFigures(suite, data);
+  std::vector<study::Chart> curves;
+  for (const study::SuiteFigure& figure : figures) {
+    if (!figure.file.empty() && !options.pictures.empty())
+      writeFileAtomically(std::filesystem::path(options.pictures) / figure.file,
+                          std::string_view(figure.svg()));
+    if (figure.columns == 1)
+      curves.insert(curves.end(), figure.charts.begin(), figure.charts.end());
   }
   const auto write = [&](const std::string& name, const std::string& text) {
     writeFileAtomically(folder / name, std::string_view(text));
   };
-  if (!charts.empty()) write("curves.svg", study::toSvg(charts));
+  if (!curves.empty()) write("curves.svg", study::toSvg(curves));
   const std::string effort = "Effort: " + options.effort +
                              (options.effort == "smoke" ? " (the numbers mean nothing)." : ".");
   std::string markdown = "# " + suite.title + "\n\n" + suite.text + "\n\n" + effort + "\n";
@@ -183,10 +185,8 @@ void writeTables(const study::Suite& suite, const study::SuiteData& data,
     page.table(table);
     printData(fittedText(table) + "\n");
   }
-  if (!charts.empty()) {
-    markdown += "\n![curves](curves.svg)\n";
-    page.svg(study::toSvg(charts));
-  }
+  if (!curves.empty()) markdown += "\n![curves](curves.svg)\n";
+  for (const study::SuiteFigure& figure : figures) page.svg(figure.svg());
   page.details("Machine", context);
   const std::map<std::string, std::string> texts{
       {"md", markdown},
@@ -317,7 +317,7 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   const std::vector<PreparedRun> runs = prepareRuns(suite, options, printer, folder, data);
   // What the cells name is checked before anything is rendered.
   study::suiteTables(suite, data);
-  study::suiteCharts(suite, data);
+  study::suiteFigures(suite, data);
   study::failedChecks(suite, data);
   if (!options.into.empty()) writeInto(options.into, suite, data, false);
   try {
@@ -375,7 +375,7 @@ Command tablesCommand(CommonOptions& common) {
              "have changed since",
              {.notEmpty = true}),
       option("--pictures", options->pictures, "DIR",
-             "Folder for the suite's pictures; each curve with a `file` in the suite goes there, "
+             "Folder for the suite's pictures; each figure with a `file` in the suite goes there, "
              "too. With --values, only pictures whose runs have changed are drawn",
              {.notEmpty = true}),
       flag("--check", options->check,

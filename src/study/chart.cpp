@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "report/html.h"
 
@@ -18,7 +19,8 @@ constexpr std::array<const char*, 8> kDark = {"#5bb4ec", "#ff8a3d", "#2fcf9f", "
 
 constexpr double kLeft = 64.0;  // pixels, for the numbers of the axis
 constexpr double kRight = 24.0;
-constexpr double kTop = 58.0;  // title and note
+constexpr double kTop = 58.0;       // title and note
+constexpr double kSmallTop = 34.0;  // title
 constexpr double kBottom = 50.0;
 constexpr double kMargin = 0.06;  // of the values' range, beside them
 constexpr double kLetter = 6.1;   // mean width of a letter of 11 pixels
@@ -139,17 +141,20 @@ std::string styles() {
          scheme(kDark, "#e8e8e8", "#a8a8a8", "#333", "#16181b") + "}</style>\n";
 }
 
-/// Draws one chart with its upper left corner at (0, top).
+/// Draws one chart with its upper left corner at (0, 0).
 class Drawing {
  public:
-  Drawing(const Chart& chart, double top, double width, double height)
+  /// `scaledBy`: the charts whose points the axes fit; `small`: one of several beside each other.
+  Drawing(const Chart& chart, std::span<const Chart> scaledBy, double width, double height,
+          bool small)
       : chart_(chart),
-        top_(top),
+        small_(small),
         width_(width),
-        height_(height),
+        top_(small ? kSmallTop : kTop),
+        bottom_(height - kBottom),
         right_(width - rightMargin(chart)),
-        x_(makeScale(chart, true, kLeft, right_)),
-        y_(makeScale(chart, false, top + height - kBottom, top + kTop)) {}
+        x_(makeScale(scaledBy, true, kLeft, right_)),
+        y_(makeScale(scaledBy, false, bottom_, top_)) {}
 
   std::string text() {
     frame();
@@ -177,18 +182,20 @@ class Drawing {
     return kRight + kLetter * 1.1 * static_cast<double>(longest);
   }
 
-  static Scale makeScale(const Chart& chart, bool ofX, double low, double high) {
+  static Scale makeScale(std::span<const Chart> charts, bool ofX, double low, double high) {
     Range range;
-    range.log = ofX ? chart.xLog : chart.yLog;
-    for (const ChartSeries& series : chart.series)
-      for (const ChartPoint& point : series.points) {
-        range.add(ofX ? point.x : point.y);
-        if (const auto& interval = ofX ? point.xInterval : point.yInterval) {
-          range.add(interval->low);
-          range.add(interval->high);
+    range.log = ofX ? charts.front().xLog : charts.front().yLog;
+    for (const Chart& chart : charts) {
+      for (const ChartSeries& series : chart.series)
+        for (const ChartPoint& point : series.points) {
+          range.add(ofX ? point.x : point.y);
+          if (const auto& interval = ofX ? point.xInterval : point.yInterval) {
+            range.add(interval->low);
+            range.add(interval->high);
+          }
         }
-      }
-    if (const auto& bound = ofX ? chart.xBound : chart.yBound) range.add(*bound);
+      if (const auto& bound = ofX ? chart.xBound : chart.yBound) range.add(*bound);
+    }
     return {range.least, range.most, range.log, range.zero, low, high};
   }
 
@@ -203,36 +210,34 @@ class Drawing {
   }
 
   void frame() {
-    const double bottom = top_ + height_ - kBottom;
-    put(kLeft - 46.0, top_ + 22.0, chart_.title, "ink title");
-    put(kLeft - 46.0, top_ + 41.0, chart_.note, "soft");
+    put(kLeft - 46.0, 22.0, chart_.title, "ink title");
+    put(kLeft - 46.0, 41.0, chart_.note, "soft");
     for (const double tick : y_.ticks()) {
       line(kLeft, y_.at(tick), right_, y_.at(tick), "grid");
       put(kLeft - 7.0, y_.at(tick) + 4.0, tickText(tick), "soft", "end");
     }
     for (const double tick : x_.ticks()) {
-      line(x_.at(tick), top_ + kTop, x_.at(tick), bottom, "grid");
-      put(x_.at(tick), bottom + 16.0, tickText(tick), "soft", "middle");
+      line(x_.at(tick), top_, x_.at(tick), bottom_, "grid");
+      put(x_.at(tick), bottom_ + 16.0, tickText(tick), "soft", "middle");
     }
-    line(kLeft, bottom, right_, bottom, "axis");
-    put(0.5 * (kLeft + right_), bottom + 36.0, chart_.xTitle, "ink", "middle");
-    const double middle = 0.5 * (top_ + kTop + bottom);
+    line(kLeft, bottom_, right_, bottom_, "axis");
+    put(0.5 * (kLeft + right_), bottom_ + 36.0, chart_.xTitle, "ink", "middle");
+    const double middle = 0.5 * (top_ + bottom_);
     out_ += "<text transform=\"translate(15 " + px(middle) + ") rotate(-90)\" class=\"ink\" " +
             "text-anchor=\"middle\">" + report::xmlText(chart_.yTitle) + "</text>\n";
   }
 
   void bounds() {
     const std::string style = "thin front\" stroke-dasharray=\"5 4";
-    const double bottom = top_ + height_ - kBottom;
     if (chart_.yBound) {
       line(kLeft, y_.at(*chart_.yBound), right_, y_.at(*chart_.yBound), style);
       takeLine(kLeft, y_.at(*chart_.yBound), right_, y_.at(*chart_.yBound));
       put(right_ - 4.0, y_.at(*chart_.yBound) - 4.0, "bound", "soft", "end");
     }
     if (chart_.xBound) {
-      line(x_.at(*chart_.xBound), top_ + kTop, x_.at(*chart_.xBound), bottom, style);
-      takeLine(x_.at(*chart_.xBound), top_ + kTop, x_.at(*chart_.xBound), bottom);
-      put(x_.at(*chart_.xBound) + 4.0, top_ + kTop + 10.0, "bound", "soft");
+      line(x_.at(*chart_.xBound), top_, x_.at(*chart_.xBound), bottom_, style);
+      takeLine(x_.at(*chart_.xBound), top_, x_.at(*chart_.xBound), bottom_);
+      put(x_.at(*chart_.xBound) + 4.0, top_ + 10.0, "bound", "soft");
     }
   }
 
@@ -260,8 +265,9 @@ class Drawing {
     }
     if (path.empty()) return;
     out_ += "<path d=\"" + path + "\" class=\"line front\"/>\n";
-    line(right_ - 95.0, top_ + kTop - 11.0, right_ - 75.0, top_ + kTop - 11.0, "line front");
-    put(right_ - 70.0, top_ + kTop - 7.0, "Pareto front", "soft");
+    if (small_) return;
+    line(right_ - 95.0, top_ - 11.0, right_ - 75.0, top_ - 11.0, "line front");
+    put(right_ - 70.0, top_ - 7.0, "Pareto front", "soft");
   }
 
   /// An error bar with caps; one of the coordinates is that of the point.
@@ -283,9 +289,13 @@ class Drawing {
     }
   }
 
+  std::string colourOf(std::size_t s) const {
+    return std::to_string(chart_.series[s].colour.value_or(s) % kLight.size());
+  }
+
   void series(std::size_t s) {
     const ChartSeries& series = chart_.series[s];
-    const std::string colour = std::to_string(s % kLight.size());
+    const std::string colour = colourOf(s);
     if (series.joined) {
       std::string path;
       for (std::size_t i = 0; i < series.points.size(); ++i) {
@@ -343,8 +353,7 @@ class Drawing {
     for (const Side& side : sides) {
       const double from = side.anchor[0] == 's' ? side.x : side.x - wide;
       const Box box{from, side.y - 9.0, from + wide, side.y + 2.0};
-      if (box.x0 < kLeft || box.x1 > width_ || box.y1 > top_ + height_ - kBottom ||
-          box.y0 < top_ + kTop - 10.0 ||
+      if (box.x0 < kLeft || box.x1 > width_ || box.y1 > bottom_ || box.y0 < top_ - 10.0 ||
           std::ranges::any_of(taken_, [&](const Box& other) { return box.meets(other); }))
         continue;
       put(side.x, side.y, text, style, side.anchor);
@@ -361,7 +370,8 @@ class Drawing {
     std::vector<const ChartPoint*> named(chart_.series.size());
     for (std::size_t s = 0; s < chart_.series.size(); ++s) {
       const ChartSeries& series = chart_.series[s];
-      const std::string style = "name f" + std::to_string(s % kLight.size());
+      if (series.name.empty()) continue;
+      const std::string style = "name f" + colourOf(s);
       for (auto point = series.points.rbegin(); point != series.points.rend(); ++point) {
         const std::string text = series.name + (point->label.empty() ? "" : " ") + point->label;
         if (!putBeside(*point, text, style, atEnd)) continue;
@@ -369,20 +379,25 @@ class Drawing {
         break;
       }
       if (named[s] != nullptr || series.points.empty()) continue;
-      put(left, top_ + kTop - 4.0, series.name, style);
+      put(left, top_ - 4.0, series.name, style);
       left += 14.0 + kLetter * static_cast<double>(series.name.size());
     }
     for (std::size_t s = 0; s < chart_.series.size(); ++s)
       for (const ChartPoint& point : chart_.series[s].points)
         if (!point.label.empty() && &point != named[s])
-          putBeside(point, point.label, "soft", false);
+          putBeside(point, point.label,
+                    chart_.series[s].name.empty() && point.mark == Mark::Front
+                        ? "name f" + colourOf(s)
+                        : "soft",
+                    false);
   }
 
   const Chart& chart_;
-  double top_;
+  bool small_;
   double width_;
-  double height_;
-  double right_;  ///< of the axes
+  double top_;  ///< of the axes, like bottom_ and right_
+  double bottom_;
+  double right_;
   Scale x_;
   Scale y_;
   std::vector<Box> taken_;
@@ -391,15 +406,22 @@ class Drawing {
 
 }  // namespace
 
-std::string toSvg(const std::vector<Chart>& charts, int width, int height) {
-  const int all = height * static_cast<int>(charts.size());
-  std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " +
-                     std::to_string(width) + " " + std::to_string(all) + "\" width=\"" +
-                     std::to_string(width) + "\" height=\"" + std::to_string(all) + "\">\n" +
-                     styles() + "<rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n";
-  for (std::size_t i = 0; i < charts.size(); ++i)
-    text += Drawing(charts[i], static_cast<double>(height) * static_cast<double>(i), width, height)
-                .text();
+std::string toSvg(const std::vector<Chart>& charts, int width, int height, int columns) {
+  const int rows = (static_cast<int>(charts.size()) + columns - 1) / columns;
+  const std::string wide = std::to_string(columns * width);
+  const std::string high = std::to_string(rows * height);
+  std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + wide + " " +
+                     high + "\" width=\"" + wide + "\" height=\"" + high + "\">\n" + styles() +
+                     "<rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n";
+  const bool small = columns > 1;
+  for (std::size_t i = 0; i < charts.size(); ++i) {
+    const int number = static_cast<int>(i);
+    const std::span<const Chart> scaledBy =
+        small ? std::span<const Chart>(charts) : std::span<const Chart>(&charts[i], 1);
+    text += "<g transform=\"translate(" + std::to_string(number % columns * width) + " " +
+            std::to_string(number / columns * height) + ")\">\n" +
+            Drawing(charts[i], scaledBy, width, height, small).text() + "</g>\n";
+  }
   return text + "</svg>\n";
 }
 

@@ -21,9 +21,11 @@ struct ChartPoint {
 };
 
 struct ChartSeries {
-  std::string name;  ///< beside one of its points; where there is no room, above the chart
+  std::string name;  ///< beside one of its points; where there is no room, above the chart; empty:
+                     ///< its points have their labels alone
   std::vector<ChartPoint> points;
-  bool joined = false;  ///< lines connect consecutive points
+  bool joined = false;                     ///< lines connect consecutive points
+  std::optional<std::size_t> colour = {};  ///< 0 to 7; otherwise the number of the series
 };
 
 struct Chart {
@@ -42,7 +44,9 @@ struct Chart {
 /// A complete SVG file; `width` and `height` in pixels.
 std::string toSvg(const Chart& chart, int width = 720, int height = 420);
 
-/// Several charts in one file, one below the other.
-std::string toSvg(const std::vector<Chart>& charts, int width = 720, int height = 420);
+/// Several charts in one file, row by row; `width` and `height` of each. Those in several columns
+/// have the same scales.
+std::string toSvg(const std::vector<Chart>& charts, int width = 720, int height = 420,
+                  int columns = 1);
 
 }  // namespace catoptric::study

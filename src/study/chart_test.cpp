@@ -84,5 +84,23 @@ TEST(Chart, TheFrontLeavesOutWhatIsWorse) {
   EXPECT_THAT(svg, HasSubstr("Pareto front"));
 }
 
+TEST(Chart, ChartsBesideEachOtherHaveTheSameScales) {
+  std::vector<Chart> charts = {chartOf({{1.0, 2.0}, {2.0, 3.0}}), chartOf({{50.0, 40.0}})};
+  for (Chart& chart : charts) {
+    chart.showFront = true;
+    chart.series[0].name.clear();
+    for (ChartPoint& point : chart.series[0].points) point.label = "own";
+  }
+  const std::string beside = toSvg(charts, 450, 250, 2);
+  EXPECT_THAT(beside, HasSubstr("viewBox=\"0 0 900 250\""));
+  EXPECT_THAT(beside, HasSubstr("translate(450 0)"));
+  EXPECT_EQ(countOf(beside, ">50</text>"), 2);
+  EXPECT_EQ(countOf(beside, "name f0"), 1 + 2);  // of the front; its last point
+  EXPECT_THAT(beside, Not(HasSubstr("Pareto front")));
+  const std::string below = toSvg(charts, 450, 250);
+  EXPECT_THAT(below, HasSubstr("viewBox=\"0 0 450 500\""));
+  EXPECT_EQ(countOf(below, ">50</text>"), 1);
+}
+
 }  // namespace
 }  // namespace catoptric::study

@@ -492,7 +492,8 @@ std::vector<std::string> callsOf(const Suite& suite) {
     for (const Value& row : each(table.get("rows")))
       for (const Value& cell : each(row)) add(cell);
   for (const Value& figure : suite.figures)
-    for (const std::string& name : figure.get("series").keys())
+    for (const std::string& name :
+         figure.has("series") ? figure.get("series").keys() : std::vector<std::string>{})
       for (const Value& cell : each(figure.get("series").get(name))) add(cell);
   for (const Value& check : each(suite.checks)) add(check.get("value"));
   for (const std::string& cell : cellsOfLabels(suite))

@@ -30,7 +30,8 @@ struct Suite {
   std::map<std::string, Settings> efforts;  ///< settings of all runs, by effort
   config::Value checks;                     ///< items {"value", "from", "to"}
   std::vector<config::Value> tables;        ///< {"title", "text", "columns", "rows"}
-  std::vector<config::Value> figures;       ///< {"title", "x", "y", "values", "series", "file"}
+  std::vector<config::Value> figures;       ///< {"title", "x", "y", "values", "series", "file"} or
+                                            ///< {"of_table", "y", "panels", "file"}
   config::Value pictures;                   ///< see study/suite_pictures.h
 };
 
@@ -124,11 +125,13 @@ std::string withTables(const std::string& page, const std::vector<report::Table>
                        const std::string& name);
 
 std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data);
-/// `file`: the name of a file for this curve alone; empty: none.
-struct SuiteChart {
-  Chart chart;
-  std::string file;
+/// The charts of a figure: one of curves, or small ones in several columns.
+struct SuiteFigure {
+  std::vector<Chart> charts;
+  int columns = 1;
+  std::string file = {};  ///< the name of a file for this figure alone; empty: none
+  std::string svg() const;
 };
-std::vector<SuiteChart> suiteCharts(const Suite& suite, const SuiteData& data);
+std::vector<SuiteFigure> suiteFigures(const Suite& suite, const SuiteData& data);
 
 }  // namespace catoptric::study

@@ -35,6 +35,7 @@ class Room {
           Turn turn{round, round, i, frame, {}};
           turn.report.seconds = all[i].seconds * (1.0 + 0.001 * round);
           turn.report.steps["gbuffer"] = 0.06 * (1.0 + 0.001 * round);
+          turn.report.memoryBytes = 1'000'000 * (100 * i + static_cast<std::size_t>(round));
           samples_.measurement.turns.push_back(turn);
         }
     }
@@ -88,13 +89,61 @@ TEST(SuiteChoice, MarksTheFrontOfBothTimes) {
   }
 }
 
+TEST(SuiteChoice, TheChartsOfATableShowItsFront) {
+  const Room room({{"traced", 0.1, 0.0}, {"exact", 0.09, 0.1}, {"poor", 0.095, 3.0}});
+  SuiteRun run;
+  run.name = "room";
+  run.methods = {"traced", "exact", "poor", "refuses"};
+  Room all = room;
+  all.data.runs["room"]["refuses"].refused = "refuses 1";
+  Suite suite;
+  suite.tables = expandedTables(parseText(R"json([{"title": "TITLE", "each": {"room": "a room"},
+          "columns": ["method", "L1", "time", "front"],
+          "row": ["METHOD", "error(RUN.METHOD, L1_8bit)", "ratio(RUN.METHOD, RUN.traced)",
+                  "front(RUN.METHOD, frame)"]}])json",
+                                          "suite")
+                                    .asArray(),
+                                {run});
+  const auto draw = [&](const std::string& y) {
+    suite.figures = parseText(R"json([{"of_table": 1, "y": ")json" + y + R"json(", "panels": [
+        {"x": "time", "mark": "front", "title": "frame"},
+        {"x": "time", "mark": "front", "title": "again"}]}])json",
+                              "suite")
+                        .asArray();
+    return suiteFigures(suite, all.data).at(0);
+  };
+  const SuiteFigure figure = draw("L1");
+  ASSERT_EQ(figure.charts.size(), 2u);
+  EXPECT_EQ(figure.columns, 2);
+  const Chart& chart = figure.charts[0];
+  EXPECT_EQ(chart.title + ", " + chart.xTitle + ", " + chart.yTitle, "a room, frame, L1");
+  EXPECT_EQ(figure.charts[1].xTitle, "again");
+  ASSERT_EQ(chart.series.size(), 2u);
+  ASSERT_EQ(chart.series[0].points.size(), 2u);  // the front
+  EXPECT_EQ(chart.series[0].points[1].label, "exact");
+  EXPECT_NEAR(chart.series[0].points[1].x, 0.9, 1e-6);
+  EXPECT_NEAR(chart.series[0].points[1].y, 0.1, 1e-6);
+  ASSERT_EQ(chart.series[1].points.size(), 1u);
+  EXPECT_EQ(chart.series[1].points[0].label, "poor");
+  EXPECT_EQ(chart.series[1].points[0].mark, Mark::Dominated);
+  EXPECT_THAT([&] { draw("L2"); },
+              testing::ThrowsMessage<UsageError>(HasSubstr("no column \"L2\"")));
+}
+
+TEST(SuiteChoice, TheMemoryIsTheMostOfItsProcess) {
+  const Room room({{"traced", 0.1, 0.0}, {"exact", 0.09, 0.1}});
+  EXPECT_EQ(room.cell("memory_mb(room.traced)"), "10.0");
+  EXPECT_EQ(room.cell("memory_mb(room.exact)"), "110");
+}
+
 TEST(SuiteChoice, AMethodThatRefusesHasItsReasonAndNoFigures) {
   Room room({{"traced", 0.1, 0.0}});
   room.data.runs["room"]["planar"].refused = "refuses 3: is no flat mirror";
   EXPECT_EQ(room.cell("refused(room.planar)"), "refuses 3: is no flat mirror");
   EXPECT_EQ(room.cell("refused(room.traced)"), "");
-  for (const char* call : {"error(room.planar, L1_8bit)", "ratio(room.planar, room.traced)",
-                           "most(room.planar, rays)", "front(room.planar, frame)"})
+  for (const char* call :
+       {"error(room.planar, L1_8bit)", "ratio(room.planar, room.traced)", "most(room.planar, rays)",
+        "memory_mb(room.planar)", "front(room.planar, frame)"})
     EXPECT_EQ(room.cell(call), "") << call;
   EXPECT_EQ(room.cell("take(room.*, 1)"), "traced");
 }

@@ -32,13 +32,98 @@ std::vector<std::string> methodsOf(const SuiteRun& run) {
   return names;
 }
 
-Value tableOf(const Value& stated, const std::string& title, const std::vector<std::string>& rows) {
+/// A table that "each" makes of the suite's table with this number.
+Value tableOf(const Value& stated, std::size_t number, const std::string& title,
+              const std::vector<std::string>& rows) {
   config::JsonText text;
   text.add("title", title)
       .raw("columns", stated.get("columns").dump())
-      .raw("rows", "[" + joined(rows, ",") + "]");
+      .raw("rows", "[" + joined(rows, ",") + "]")
+      .add("of_table", static_cast<int>(number));
   if (stated.has("text")) text.add("text", stated.get("text").asString());
   return config::parseText(text.object(), stated.place().text());
+}
+
+/// A chart with a curve for each series: its cells over the figure's values.
+Chart curvesOf(const Value& figure, const SuiteData& data) {
+  Chart chart;
+  chart.title = figure.get("title").asString();
+  chart.xTitle = figure.get("x").asString();
+  chart.yTitle = figure.get("y").asString();
+  for (const char axis : {'x', 'y'})
+    if (figure.has("log") && figure.get("log").asString().find(axis) != std::string::npos)
+      (axis == 'x' ? chart.xLog : chart.yLog) = true;
+  const std::vector<Value> places = figure.get("values").asArray();
+  for (const std::string& name : figure.get("series").keys()) {
+    ChartSeries series{name, {}, true};
+    const std::vector<Value> cells = figure.get("series").get(name).asArray();
+    for (std::size_t i = 0; i < std::min(cells.size(), places.size()); ++i) {
+      ChartPoint point;
+      point.x = places[i].asNumber();
+      point.y = data.number(cells[i]);
+      if (std::isfinite(point.y)) series.points.push_back(point);
+    }
+    chart.series.push_back(std::move(series));
+  }
+  return chart;
+}
+
+/// The number of a table's column. Throws UsageError at `asked`.
+std::size_t columnOf(const Value& table, const Value& asked) {
+  std::vector<std::string> names;
+  for (const Value& column : table.get("columns").asArray()) names.push_back(column.asString());
+  const auto found = std::ranges::find(names, asked.asString());
+  if (found == names.end())
+    asked.fail("the table has no column \"" + asked.asString() + "\"" +
+               didYouMean(asked.asString(), names) + "; it has " + joined(names, ", "));
+  return static_cast<std::size_t>(found - names.begin());
+}
+
+/// A chart of a table's rows: a point each, from the columns that `panel` names.
+Chart chartOfRows(const Value& table, const Value& figure, const Value& panel,
+                  const SuiteData& data) {
+  const std::size_t x = columnOf(table, panel.get("x"));
+  const std::size_t y = columnOf(table, figure.get("y"));
+  const std::size_t mark = columnOf(table, panel.get("mark"));
+  Chart chart;
+  chart.title = table.get("title").asString();
+  chart.xTitle = panel.get("title").asString();
+  chart.yTitle = figure.get("y").asString();
+  chart.xLog = chart.yLog = chart.showFront = true;
+  constexpr std::size_t kGrey = 6;
+  chart.series.resize(2);  // the front, and what is not on it
+  chart.series[1].colour = kGrey;
+  for (const Value& row : table.get("rows").asArray()) {
+    const std::vector<Value>& cells = row.asArray();
+    ChartPoint point;
+    point.x = data.number(cells.at(x));
+    point.y = data.number(cells.at(y));
+    if (!std::isfinite(point.x) || !std::isfinite(point.y)) continue;
+    point.mark = Mark::Unclear;
+    point.label = cells.front().asString();
+    point.title =
+        point.label + ": " + data.cell(cells[x]) + ", " + chart.yTitle + " " + data.cell(cells[y]);
+    const std::string text = data.cell(cells.at(mark));
+    for (const Mark one : {Mark::Front, Mark::Dominated})
+      if (text == markName(one)) point.mark = one;
+    chart.series[text == markName(Mark::Front) ? 0 : 1].points.push_back(point);
+  }
+  return chart;
+}
+
+/// A chart for each table that "each" made of the suite's table `of_table`, and for each panel.
+SuiteFigure multiplesOf(const Suite& suite, const Value& figure, const SuiteData& data) {
+  const std::vector<Value> panels = figure.get("panels").asArray();
+  SuiteFigure multiples;
+  multiples.columns = static_cast<int>(panels.size());
+  for (const Value& table : suite.tables)
+    if (table.has("of_table") &&
+        table.get("of_table").asInteger() == figure.get("of_table").asInteger())
+      for (const Value& panel : panels)
+        multiples.charts.push_back(chartOfRows(table, figure, panel, data));
+  if (multiples.charts.empty())
+    figure.get("of_table").fail("must be the number of a table with \"each\", from 1");
+  return multiples;
 }
 
 }  // namespace
@@ -46,7 +131,8 @@ Value tableOf(const Value& stated, const std::string& title, const std::vector<s
 std::vector<Value> expandedTables(const std::vector<Value>& tables,
                                   const std::vector<SuiteRun>& runs) {
   std::vector<Value> expanded;
-  for (const Value& table : tables) {
+  for (std::size_t number = 1; number <= tables.size(); ++number) {
+    const Value& table = tables[number - 1];
     const Value each = table.get("each");
     if (each.isNull()) {
       expanded.push_back(table);
@@ -66,9 +152,10 @@ std::vector<Value> expandedTables(const std::vector<Value>& tables,
         rows.push_back(filled(row, words));
       }
       if (byMethod)
-        expanded.push_back(tableOf(table, filled(table.get("title").asString(), words), rows));
+        expanded.push_back(
+            tableOf(table, number, filled(table.get("title").asString(), words), rows));
     }
-    if (!byMethod) expanded.push_back(tableOf(table, table.get("title").asString(), rows));
+    if (!byMethod) expanded.push_back(tableOf(table, number, table.get("title").asString(), rows));
   }
   return expanded;
 }
@@ -99,32 +186,18 @@ std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data
   return tables;
 }
 
-std::vector<SuiteChart> suiteCharts(const Suite& suite, const SuiteData& data) {
-  std::vector<SuiteChart> charts;
+std::string SuiteFigure::svg() const {
+  return columns > 1 ? toSvg(charts, 450, 250, columns) : toSvg(charts);
+}
+
+std::vector<SuiteFigure> suiteFigures(const Suite& suite, const SuiteData& data) {
+  std::vector<SuiteFigure> figures;
   for (const Value& value : suite.figures) {
-    Chart chart;
-    chart.title = value.get("title").asString();
-    chart.xTitle = value.get("x").asString();
-    chart.yTitle = value.get("y").asString();
-    for (const char axis : {'x', 'y'})
-      if (value.has("log") && value.get("log").asString().find(axis) != std::string::npos)
-        (axis == 'x' ? chart.xLog : chart.yLog) = true;
-    const std::vector<Value> places = value.get("values").asArray();
-    for (const std::string& name : value.get("series").keys()) {
-      ChartSeries series{name, {}, true};
-      const std::vector<Value> cells = value.get("series").get(name).asArray();
-      for (std::size_t i = 0; i < std::min(cells.size(), places.size()); ++i) {
-        ChartPoint point;
-        point.x = places[i].asNumber();
-        point.y = data.number(cells[i]);
-        if (std::isfinite(point.y)) series.points.push_back(point);
-      }
-      chart.series.push_back(std::move(series));
-    }
-    charts.push_back(
-        {std::move(chart), value.has("file") ? value.get("file").asString() : std::string()});
+    figures.push_back(value.has("of_table") ? multiplesOf(suite, value, data)
+                                            : SuiteFigure{{curvesOf(value, data)}});
+    if (value.has("file")) figures.back().file = value.get("file").asString();
   }
-  return charts;
+  return figures;
 }
 
 std::string withTables(const std::string& page, const std::vector<report::Table>& tables,
