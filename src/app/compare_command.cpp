@@ -101,7 +101,7 @@ ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
       options.run + " against " + options.reference;  // methods' names may be equal
   if (!comparison.pooled.objects.empty()) tables.push_back(report::objectView(comparison));
   if (comparison.pooled.classes.size() > 1) tables.push_back(report::attributionView(comparison));
-  tables.push_back(report::motionView(comparison));
+  if (comparison.frames.size() > 1) tables.push_back(report::motionView(comparison));
   if (!options.out.empty()) {
     const std::filesystem::path out = options.out;
     report::writeTables(out, "tables", tables);
