@@ -134,16 +134,21 @@ std::vector<std::string> methodIds(const std::vector<methods::MethodEntry>& regi
   return ids;
 }
 
-/// The entry that an alias stands for: the method, under the alias's name and with its option.
-Value withoutAlias(const Value& value, const methods::MethodEntry& entry, const std::string& id) {
+/// What an alias stands for: the method with its option; an entry has the alias's name.
+Value withoutAlias(const Value& value, const methods::MethodEntry& entry, const std::string& id,
+                   bool isEntry) {
   const auto alias = std::ranges::find(entry.aliases, id, &methods::MethodAlias::id);
   Value result =
       value.kind() == Value::Kind::Object ? value : config::parseText("{}", value.place().file);
   result = config::withSetting(result, "method", config::jsonString(entry.id));
-  if (!result.has("name")) result = config::withSetting(result, "name", config::jsonString(id));
+  if (isEntry && !result.has("name"))
+    result = config::withSetting(result, "name", config::jsonString(id));
   return result.has(alias->option) ? result
                                    : config::withSetting(result, alias->option, alias->value);
 }
+
+/// What an entry of `methods` can have, and a method of `reflectors` cannot.
+constexpr std::array<std::string_view, 3> kOfEntries = {"name", "reflectors", "unsupported"};
 
 bool isFileName(const std::string& name) {
   return !name.empty() && name.front() != '.' &&
@@ -154,7 +159,7 @@ bool isFileName(const std::string& name) {
 
 std::optional<MethodConfig> readMethod(const Value& value,
                                        const std::vector<methods::MethodEntry>& registry,
-                                       Errors& errors);
+                                       Errors& errors, bool isEntry);
 
 /// The member `reflectors` of an entry: {"NAME": method, ...}.
 std::vector<ReflectorRule> readReflectors(const Value& value,
@@ -170,26 +175,26 @@ std::vector<ReflectorRule> readReflectors(const Value& value,
                              "at its end");
       continue;
     }
-    const std::array<const char*, 3> ofEntries = {"name", "reflectors", "unsupported"};
-    const auto* const wrong = std::ranges::find_if(ofEntries, [&](const char* name) {
-      return member.kind() == Value::Kind::Object && member.has(name);
+    const auto* const wrong = std::ranges::find_if(kOfEntries, [&](std::string_view name) {
+      return member.kind() == Value::Kind::Object && member.has(std::string(name));
     });
-    if (wrong != ofEntries.end()) {
+    if (wrong != kOfEntries.end()) {
       errors.add(member, config::jsonString(*wrong) +
                              " is for entries of methods: a method of some reflectors has "
                              "\"method\" and the method's own options alone");
       continue;
     }
-    const std::optional<MethodConfig> method = readMethod(member, registry, errors);
+    const std::optional<MethodConfig> method = readMethod(member, registry, errors, false);
     if (method) rules.push_back({pattern, method->id, method->options, method->effective, member});
   }
   return rules;
 }
 
-/// One entry of `methods`, "traced" or {"method": "traced", ...}. Nothing when it has errors.
+/// A method of `methods` or `reflectors`: "traced" or {"method": "traced", ...}. Nothing when it
+/// has errors.
 std::optional<MethodConfig> readMethod(const Value& value,
                                        const std::vector<methods::MethodEntry>& registry,
-                                       Errors& errors) {
+                                       Errors& errors, bool isEntry) {
   const std::vector<std::string> ids = methodIds(registry);
   const bool isName = value.kind() == Value::Kind::String;
   if (!isName && value.kind() != Value::Kind::Object) {
@@ -212,7 +217,8 @@ std::optional<MethodConfig> readMethod(const Value& value,
                             "; allowed: " + joined(ids, ", "));
     return {};
   }
-  if (entry->id != id) return readMethod(withoutAlias(value, *entry, id), registry, errors);
+  if (entry->id != id)
+    return readMethod(withoutAlias(value, *entry, id, isEntry), registry, errors, isEntry);
 
   MethodConfig method;
   method.id = id;
@@ -220,7 +226,12 @@ std::optional<MethodConfig> readMethod(const Value& value,
   if (isName) {
     method.options = config::parseText("{}", value.place().file);
   } else {
-    const std::vector<std::string> lines = config::check(value, methodSchema(*entry));
+    Schema schema = methodSchema(*entry);
+    if (!isEntry)
+      std::erase_if(schema.fields, [](const Field& field) {
+        return std::ranges::find(kOfEntries, field.name) != kOfEntries.end();
+      });
+    const std::vector<std::string> lines = config::check(value, schema);
     errors.add(lines);
     if (!lines.empty()) return {};
     if (value.has("name")) method.name = value.get("name").asString();
@@ -360,7 +371,7 @@ std::vector<MethodConfig> readMethods(const Value& root,
   if (methods.kind() != Value::Kind::Array) return result;
   std::set<std::string> names;
   for (const Value& entry : methods.asArray()) {
-    std::optional<MethodConfig> method = readMethod(entry, registry, errors);
+    std::optional<MethodConfig> method = readMethod(entry, registry, errors, true);
     if (!method) continue;
     if (!names.insert(method->name).second)
       errors.add(entry, "two methods are called \"" + method->name +
@@ -390,8 +401,8 @@ std::vector<MethodConfig> selectMethods(const std::vector<MethodConfig>& all,
     if (methods::findMethod(registry, name) == nullptr)
       throw UsageError("--method: \"" + name + "\" is not a method" + didYouMean(name, allowed) +
                        "; allowed: " + joined(allowed, ", "));
-    chosen.push_back(
-        *readMethod(config::parseText(config::jsonString(name), "--method"), registry, errors));
+    chosen.push_back(*readMethod(config::parseText(config::jsonString(name), "--method"), registry,
+                                 errors, true));
   }
   for (std::size_t i = 0; i < chosen.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)

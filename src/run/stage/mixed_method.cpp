@@ -170,6 +170,18 @@ class Assignment {
            "reflectors for which no other method is given");
   }
 
+  /// Methods that render whole images cannot share one, even where no reflector is theirs.
+  void requireSamples(const methods::RunSettings& settings) const {
+    const auto shares = [&](const std::string& id, const config::Value& options) {
+      return entryOf(id).make(options)->plan(scene_, settings).gbuffer;
+    };
+    const std::string why = " renders only whole images; it cannot be used in \"reflectors\"";
+    for (const ReflectorRule& rule : config_.reflectors)
+      if (!shares(rule.id, rule.options)) rule.place.fail(rule.id + why);
+    if (!config_.reflectors.empty() && !shares(config_.id, config_.options))
+      throw UsageError(config_.name + ": " + config_.id + why);
+  }
+
   void byNames() {
     for (const ReflectorRule& rule : config_.reflectors)
       kindOf(rule.pattern) == SampleClass::Diffuse ? checkName(rule) : checkKind(rule);
@@ -356,15 +368,11 @@ std::unique_ptr<methods::Method> makeMethod(const MethodConfig& config, const sc
                                             const methods::RunSettings& settings,
                                             const std::vector<MethodEntry>& registry) {
   Assignment assignment(config, scene, registry);
+  assignment.requireSamples(settings);
   assignment.byNames();
   assignment.unsupported();
   std::vector<Part> parts = assignment.take();
   if (parts.size() == 1 && !parts.front().fallback) return std::move(parts.front().method);
-  for (const Part& part : parts) {
-    if (!part.method->plan(scene, settings).gbuffer)
-      throw UsageError(config.name + ": " + part.id +
-                       " renders only whole images; it cannot be used in \"reflectors\"");
-  }
   return std::make_unique<MixedMethod>(std::move(parts));
 }
 

@@ -191,6 +191,16 @@ TEST(Mixture, AKindThatIsAlsoAnObjectsNameIsAnError) {
       methodOf(R"({"method": "traced", "reflectors": {"glossy*": "environment_map"}})", scene));
 }
 
+TEST(Mixture, MethodsOfWholeImagesAreRefusedWhereNoReflectorIsTheirs) {
+  scene::Scene scene = room();
+  scene.objects.pop_back();  // the glossy one
+  for (const char* config : {R"({"method": "traced", "reflectors": {"glossy": "reference"}})",
+                             R"({"method": "reference", "reflectors": {"glossy": "traced"}})"})
+    EXPECT_THAT(
+        [&] { methodOf(config, scene); },
+        testing::ThrowsMessage<UsageError>(HasSubstr("reference renders only whole images")));
+}
+
 TEST(Mixture, CountersAndStepsAreNamedAfterTheirMethod) {
   const Frame mixed(R"({"method": "environment_map", "reflectors": {
       "pane": "second_order", "ball mirror": {"method": "second_order", "bin_density": 2}}})");
@@ -345,6 +355,10 @@ TEST(Mixture, WrongNamesAreErrors) {
   EXPECT_THAT(errorOf(R"({"method": "traced", "reflectors":
                           {"pane": {"method": "perturbation", "unsupported": "traced"}}})"),
               HasSubstr(R"("unsupported" is for entries of methods)"));
+  EXPECT_THAT(errorOf(R"({"method": "traced", "reflectors":
+                          {"curved": {"method": "second_order", "bins": 1}}})"),
+              testing::AllOf(HasSubstr("unknown name \"bins\""), HasSubstr("bin_density"),
+                             testing::Not(HasSubstr("unsupported"))));
 }
 
 }  // namespace
