@@ -2,9 +2,10 @@
 """Makes the papers' pages again from the values that are kept beside them, without rendering.
 
 Usage: papers_pages.py SOURCE_FOLDER PROGRAM WORK_FOLDER
-Each docs/papers/NAME.md with a docs/papers/NAME.values.json must come out as it is. Where it does not, a suite in
-configs/papers/ or the page was changed without `catoptric tables configs/papers/NAME.suite.json --effort full
---values docs/papers/NAME.values.json --into docs/papers/NAME.md`, which measures what is not known.
+Each docs/papers/NAME.md with a docs/papers/NAME.values.json must come out as it is, and so must its curves. Where they do
+not, a suite in configs/papers/ or the page was changed without `catoptric tables configs/papers/NAME.suite.json
+--effort full --values docs/papers/NAME.values.json --into docs/papers/NAME.md --pictures docs/images/NAME`, which
+measures what is not known.
 
 docs/atlas.md is made likewise, from configs/atlas.suite.json. What its table takes follows from the errors and ratios
 of docs/atlas.values.json by the rule on the page.
@@ -80,17 +81,22 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
         page = values.with_name(name + ".md")
         suite = source / "configs" / values.parent.relative_to(source / "docs") / f"{name}.suite.json"
         failed += faults_of_claims(page) if values.parent.name == "papers" else faults_of_choices(values)
-        again = work / page.name
+        again, charts = work / page.name, work / f"{name}_charts"
         shutil.copy(page, again)
         shutil.copy(values, work)  # the program writes it
-        made = subprocess.run([program, "tables", suite, "--effort",
-                               "full", "--values", work / values.name, "--text-only", "--into", again, "--out", work / name,
-                               "--progress", "none"], capture_output=True, text=True, check=False)
+        made = subprocess.run([program, "tables", suite, "--effort", "full", "--values", work / values.name, "--text-only",
+                               "--into", again, "--out", work / name, "--pictures", charts, "--progress", "none"],
+                              capture_output=True, text=True, check=False)
         if made.returncode != 0:
             failed.append(f"{name}: exit code {made.returncode}\n{made.stderr[-1500:]}")
-        elif again.read_text() != page.read_text():
+            continue
+        if again.read_text() != page.read_text():
             failed += difflib.unified_diff(page.read_text().splitlines(), again.read_text().splitlines(),
                                            str(page), "made again", lineterm="", n=0)
+        for chart in sorted(charts.glob("*.svg")):
+            kept_chart = source / "docs/images" / name / chart.name
+            if not kept_chart.is_file() or kept_chart.read_text() != chart.read_text():
+                failed.append(f"{kept_chart}: is not what the values make; --pictures draws it")
     if not kept:
         failed.append("no page has values")
     print(*failed, sep="\n")
