@@ -116,6 +116,19 @@ TEST(Options, AllFaultsAtOnceWithPlaces) {
   }
 }
 
+TEST(Options, NumbersFitIntoFloats) {
+  EXPECT_EQ(table().parse(parseText(R"({"density": 3.4e38})", "f")).density, 3.4e38f);
+  for (const char* name : {"density", "reach"}) {
+    try {
+      table().parse(parseText("{\"" + std::string(name) + "\": 1e39}", "f"));
+      FAIL();
+    } catch (const UsageError& error) {
+      EXPECT_EQ(error.what(),
+                "f:1: /" + std::string(name) + ": 1e+39 is too large (the limit is 3.4e38)");
+    }
+  }
+}
+
 TEST(Options, TheSchemaShowsDefaultsRangesAndNames) {
   const std::string text = markdownList(table().schema());
   for (const char* line :

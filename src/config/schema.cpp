@@ -108,6 +108,9 @@ class Checker {
     const double number = value.asNumber();
     if ((field.minimum && number < *field.minimum) || (field.maximum && number > *field.maximum))
       add(value, shortText(value) + " is out of range; allowed: " + rangeText(field));
+    // Most are stored as floats
+    else if (std::abs(number) > static_cast<double>(std::numeric_limits<float>::max()))
+      add(value, shortText(value) + " is too large (the limit is 3.4e38)");
   }
 
   void string(const Value& value, const Field& field) {
