@@ -141,6 +141,7 @@ enum MaskBit : std::uint16_t {
   kMaskBackface = shared::kMaskBackface,
   kMaskTowardCamera = shared::kMaskTowardCamera,
   kMaskSteps = shared::kMaskSteps,
+  kMaskViewColour = shared::kMaskViewColour,
 };
 
 }  // namespace catoptric::raster

@@ -12,6 +12,7 @@
 #include "gl/query.h"
 #include "gl/shader.h"
 #include "methods/screen_space/disocclusions.h"
+#include "methods/screen_space/second_layer.h"
 #include "methods/shared/cube_map.h"
 #include "methods/shared/reflectors.h"
 #include "methods/shared/shared_options.h"
@@ -40,6 +41,8 @@ struct Options {
   float thickness = 0.1f;
   int stride = 1;
   int maxSteps = 0;
+  int layers = 1;
+  float separation = 0.5f;
   int rays = 8;
   Glossy glossy = Glossy::Rays;
   Fallback fallback = Fallback::EnvironmentMap;
@@ -50,18 +53,19 @@ const config::OptionTable<Options>& optionTable() {
   using config::atLeast, config::field, config::range;
   static const config::OptionTable<Options> table(
       "screen_space", "Options of the method screen_space.",
-      {field(
-           &Options::trace, "trace", kTraces,
-           "how a ray is followed. hi_z: over cells of up to 64 x 64 samples; dda: from sample to "
-           "sample"),
+      {field(&Options::trace, "trace", kTraces,
+             "hi_z: rays skip cells of up to 64 x 64 samples; dda: they visit each sample"),
        field(&Options::thickness, "thickness", atLeast(0.0),
              "metres behind a surface within which a ray hits it")
            .trade("0.02,0.1,0.5"),
-       field(&Options::stride, "stride", range(1, 64), "samples that a step of dda takes")
-           .trade("1,2,4"),
+       field(&Options::stride, "stride", range(1, 64), "samples that a step of dda takes"),
        field(&Options::maxSteps, "max_steps", range(0, 65536),
-             "most steps of a ray; 0: the frame's width plus height, in samples")
+             "most steps of a ray; 0: width plus height in samples")
            .trade("64,256,0"),
+       field(&Options::layers, "layers", range(1, 2),
+             "2: rays also hit the nearest surface `separation` behind what the frame shows"),
+       field(&Options::separation, "separation", atLeast(0.0),
+             "least metres between layers"),
        field(&Options::rays, "rays", range(1, 256), kRaysHelp).trade("2,4,8,16,32"),
        field(&Options::glossy, "glossy", kGlossy, "a lobe's rays, or one ray as wide")
            .trade("rays,cone"),
@@ -72,11 +76,22 @@ const config::OptionTable<Options>& optionTable() {
   return table;
 }
 
-/// Counters of shaders/constants.glsl's ends of rays, from kSky on.
-constexpr std::array<const char*, 7> kEnds = {
-    "sky", "offscreen", "behind", "backface", "toward_camera", "steps", "below_horizon"};
-static_assert(shared::kCounts == kEnds.size() + 1 && shared::kSky == 1 &&
-              shared::kBelow == static_cast<int>(kEnds.size()));
+/// Refuses options that the others leave without effect.
+void refuseIdle(const Options& options, const config::Value& given) {
+  const Options defaults;
+  if (options.trace == Trace::HiZ && options.stride != defaults.stride)
+    given.get("stride").fail(
+        R"(has no effect with "trace": "hi_z"; remove it or set "trace": "dda")");
+  if (options.layers == 1 && options.separation != defaults.separation)
+    given.get("separation").fail(R"(has no effect with "layers": 1; remove it or set "layers": 2)");
+}
+
+/// Counters of shaders/constants.glsl's counts, from kSky on.
+constexpr std::array<const char*, 8> kEnds = {"sky",           "offscreen",     "behind",
+                                              "backface",      "toward_camera", "steps",
+                                              "below_horizon", "view_colour"};
+static_assert(shared::kSky == 1 && shared::kBelow == 7 && shared::kViewColour == 8 &&
+              shared::kSecondHit == kEnds.size() + 1);
 
 constexpr int kCell = 1 << shared::kLastLevel;
 
@@ -99,7 +114,7 @@ class ScreenSpace : public Method {
     plan.gbuffer = true;
     plan.masks = raster::kMaskSky | raster::kMaskOffscreen | raster::kMaskBehind |
                  raster::kMaskBackface | raster::kMaskTowardCamera | raster::kMaskSteps |
-                 raster::kMaskBelowHorizon;
+                 raster::kMaskBelowHorizon | raster::kMaskViewColour;
     if (options_.fallback == Fallback::EnvironmentMap) plan.masks |= raster::kMaskEnvironment;
     if (options_.fallback == Fallback::Traced) plan.masks |= raster::kMaskRetraced;
     if (settings.countDisocclusions) plan.masks |= raster::kMaskDisoccluded;
@@ -108,19 +123,22 @@ class ScreenSpace : public Method {
     const int width = settings.width * settings.samples;
     const int height = settings.height * settings.samples;
     const std::uint64_t samples = settings.sampleCount();
-    plan.items = {
-        {"pass", "pyramid", "nearest and farthest depths of cells of samples"},
-        {"pass", "march",
-         std::to_string(reflectors.count()) +
-             " reflective objects: rays are followed over the frame's depths"},
-        {"resource", "pyramid", "RG32F by sample, with 6 coarser levels",
-         pyramidBytes(width, height, 8)},
-    };
+    if (twoLayers())
+      plan.items = {{"pass", "second_layer", "asked for: layers: 2"},
+                    {"resource", "second layer", "radiance, surface and depth by sample",
+                     screen_space::SecondLayer::kBytesPerSample * samples, "layers"}};
+    plan.add({{"pass", "pyramid", "nearest and farthest depths of cells of samples"},
+              {"pass", "march",
+               std::to_string(reflectors.count()) +
+                   " reflective objects: rays are followed over the frame's depths"},
+              {"resource", "pyramid",
+               std::string(twoLayers() ? "RGBA32F" : "RG32F") + " by sample, with 6 coarser levels",
+               pyramidBytes(width, height, twoLayers() ? 16 : 8)}});
     if (cones(reflectors)) plan.items.push_back({"pass", "colours", "asked for: glossy: cone"});
     if (cones(reflectors))
       plan.items.push_back({"resource", "colours",
-                            "RGBA32F by sample, with 6 coarser levels: what cones see",
-                            pyramidBytes(width, height, 16)});
+                            "RGBA32F by sample and layer, with 6 coarser levels: what cones see",
+                            pyramidBytes(width, height, 16) * layers()});
     if (options_.fallback == Fallback::EnvironmentMap)
       plan.add(cubeMapItems(options_.faceSize, scene.animated()));
     if (options_.fallback == Fallback::Traced) {
@@ -130,9 +148,11 @@ class ScreenSpace : public Method {
     if (settings.countDisocclusions) {
       plan.trace = true;
       plan.items.push_back({"pass", "disocclusions", "asked for: count_disocclusions"});
+      const std::uint64_t rays = raysOfLobes(reflectors);
       plan.items.push_back({"resource", "ends of rays",
-                            "R32UI by sample, and what is read back to be compared with Embree's",
-                            samples * (4 + 4 + 16 + 4 + 4)});
+                            "R32UI by ray, and what is read back to be compared with Embree's",
+                            samples * (rays * (4 + 4) + 16 + 4 + 4 + (twoLayers() ? 16 : 0)),
+                            "rays"});
     }
     return plan;
   }
@@ -145,23 +165,20 @@ class ScreenSpace : public Method {
     raster::GBuffer& gbuffer = *services.gbuffer;
     const int width = gbuffer.sampleWidth();
     const int height = gbuffer.sampleHeight();
-    pyramid_ = gl::Texture::make2D("nearest depths", GL_RG32F, padded(width), padded(height),
-                                   shared::kLastLevel + 1);
+    if (twoLayers()) second_ = screen_space::SecondLayer(width, height);
+    pyramid_ = gl::Texture::make2D("nearest depths", twoLayers() ? GL_RGBA32F : GL_RG32F,
+                                   padded(width), padded(height), shared::kLastLevel + 1);
     pyramid_.setFilter(GL_NEAREST_MIPMAP_NEAREST, GL_NEAREST);
     for (int l = 0; l <= shared::kLastLevel; l += shared::kLevelStep)
       levels_.emplace_back("nearest depths", std::initializer_list<gl::Attachment>{
                                                  {.texture = pyramid_, .level = l}});
-    if (cones(reflectors_)) {
-      colours_ = gl::Texture::make2D("colours of cones", GL_RGBA32F, padded(width), padded(height),
-                                     shared::kLastLevel + 1);
-      colours_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
-      coloursTarget_ = gl::Framebuffer("colours of cones", {{.texture = colours_}});
-      drawColours_ = gl::Program::fullScreen("colours of cones",
-                                             "methods/screen_space/shaders/colours.frag", {});
-    }
+    if (cones(reflectors_)) prepareColours(width, height);
     const char* nearest = "methods/screen_space/shaders/pyramid.frag";
-    first_ = gl::Program::fullScreen("nearest depths, first", nearest, {{"FIRST", "1"}});
-    coarser_ = gl::Program::fullScreen("nearest depths", nearest, {{"FIRST", "0"}});
+    const std::string layerCount = std::to_string(layers());
+    first_ = gl::Program::fullScreen("nearest depths, first", nearest,
+                                     {{"FIRST", "1"}, {"LAYERS", layerCount}});
+    coarser_ = gl::Program::fullScreen("nearest depths", nearest,
+                                       {{"FIRST", "0"}, {"LAYERS", layerCount}});
     lobeHorizons_ = !gbuffer.lobeHorizon.empty();
     if (reflectors_.mirrors()) mirrors_ = program(services, 0);
     if (reflectors_.glossy) glossy_ = program(services, options_.rays);
@@ -173,7 +190,8 @@ class ScreenSpace : public Method {
     }
     target_ = gl::Framebuffer("screen space", targets, {.texture = gbuffer.depth});
     if (settings.countDisocclusions) {
-      ends_ = gl::Texture::make2D("ends of rays", GL_R32UI, width, height);
+      ends_ = gl::Texture::makeArray("ends of rays", GL_R32UI, width, height,
+                                     static_cast<int>(raysOfLobes(reflectors_)));
       endsTarget_ = gl::Framebuffer("ends of rays", {{.texture = ends_}});
     }
     counts_ = gl::Buffer("ends of rays", shared::kCounts * sizeof(std::uint32_t));
@@ -196,8 +214,11 @@ class ScreenSpace : public Method {
     std::uint64_t refractive = 0;
     if (reflectors_.any()) {
       if (options_.fallback == Fallback::EnvironmentMap) followCubeMap(input, services);
-      services.timer.measure("pyramid",
-                             [&] { drawPyramid(gbuffer, input.frame.camera.nearMetres); });
+      const float nearMetres = input.frame.camera.nearMetres;
+      if (twoLayers())
+        services.timer.measure("second_layer",
+                               [&] { second_.draw(services, nearMetres, options_.separation); });
+      services.timer.measure("pyramid", [&] { drawPyramid(gbuffer, nearMetres); });
       if (cones(reflectors_)) services.timer.measure("colours", [&] { drawColours(gbuffer); });
       services.timer.measure("march", [&] {
         march(services, input.frame.camera);
@@ -230,6 +251,7 @@ class ScreenSpace : public Method {
     if (options_.fallback == Fallback::EnvironmentMap)
       output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
     output.counters["hits"] = counts[shared::kHit];
+    if (twoLayers()) output.counters["second_layer_hits"] = counts[shared::kSecondHit];
     for (std::size_t i = 0; i < kEnds.size(); ++i) output.counters[kEnds[i]] = counts[i + 1];
   }
 
@@ -241,6 +263,24 @@ class ScreenSpace : public Method {
   bool cones(const Reflectors& reflectors) const {
     return options_.glossy == Glossy::Cone && reflectors.glossy;
   }
+  /// The most rays that a sample has.
+  std::uint64_t raysOfLobes(const Reflectors& reflectors) const {
+    return reflectors.glossy && !cones(reflectors) ? static_cast<std::uint64_t>(options_.rays) : 1;
+  }
+  bool twoLayers() const { return options_.layers == 2; }
+  std::uint64_t layers() const { return static_cast<std::uint64_t>(options_.layers); }
+
+  void prepareColours(int width, int height) {
+    for (std::uint64_t l = 0; l < layers(); ++l) {
+      Colours& made = colours_.emplace_back();
+      made.texture = gl::Texture::make2D("colours of cones", GL_RGBA32F, padded(width),
+                                         padded(height), shared::kLastLevel + 1);
+      made.texture.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
+      made.target = gl::Framebuffer("colours of cones", {{.texture = made.texture}});
+    }
+    drawColours_ = gl::Program::fullScreen("colours of cones",
+                                           "methods/screen_space/shaders/colours.frag", {});
+  }
 
   gl::Program program(const Services& services, int rays) const {
     std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
@@ -248,6 +288,7 @@ class ScreenSpace : public Method {
                          : options_.fallback == Fallback::Traced       ? 2
                                                                        : 0;
     defines.insert(defines.end(), {{"HI_Z", options_.trace == Trace::HiZ ? "1" : "0"},
+                                   {"LAYERS", std::to_string(layers())},
                                    {"LOBES", std::to_string(rays)},
                                    {"CONE", rays > 0 && cones(reflectors_) ? "1" : "0"},
                                    {"FOUND", settings_.countDisocclusions ? "1" : "0"},
@@ -267,6 +308,7 @@ class ScreenSpace : public Method {
       used.use();
       if (l == 0) {
         gbuffer.depth.bind(0);
+        if (twoLayers()) second_.depth().bind(1);
         first_.set("size", glm::ivec2(gbuffer.sampleWidth(), gbuffer.sampleHeight()));
         first_.set("nearMetres", nearMetres);
         first_.set("thickness", options_.thickness);
@@ -280,12 +322,14 @@ class ScreenSpace : public Method {
 
   void drawColours(const raster::GBuffer& gbuffer) {
     const gl::DrawScope scope{gl::DrawState()};
-    coloursTarget_.bind();
-    drawColours_.use();
-    gbuffer.diffuse.bind(0);
-    drawColours_.set("size", glm::ivec2(gbuffer.sampleWidth(), gbuffer.sampleHeight()));
-    gl::drawFullScreenTriangle();
-    colours_.generateMipmaps();
+    for (std::size_t l = 0; l < colours_.size(); ++l) {
+      colours_[l].target.bind();
+      drawColours_.use();
+      (l == 0 ? gbuffer.diffuse : second_.colour()).bind(0);
+      drawColours_.set("size", glm::ivec2(gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+      gl::drawFullScreenTriangle();
+      colours_[l].texture.generateMipmaps();
+    }
   }
 
   screen_space::Disocclusions countDisocclusions(Services& services,
@@ -294,10 +338,19 @@ class ScreenSpace : public Method {
     raster::GBufferCopy copy;
     raster::readBack(gbuffer, false, copy);
     glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
+    screen_space::FollowedRays followed{
+        .ends = raster::readIds(ends_), .rays = options_.rays, .cone = cones(reflectors_)};
+    if (twoLayers()) {
+      const auto surfaces =
+          second_.surface().read<std::uint32_t>(0, GL_RG_INTEGER, GL_UNSIGNED_INT, 2);
+      for (std::size_t i = 0; i < surfaces.size(); i += 2)
+        followed.secondObject.push_back(surfaces[i]);
+      followed.secondDepth = raster::readDepth(second_.depth());
+    }
     std::vector<std::uint16_t> masks;
     if (settings_.masks) masks = raster::readMasks(gbuffer.masks);
-    const screen_space::Disocclusions counted = screen_space::findDisocclusions(
-        copy, camera, raster::readIds(ends_), *services.trace, masks);
+    const screen_space::Disocclusions counted =
+        screen_space::findDisocclusions(copy, camera, followed, *services.trace, masks);
     if (settings_.masks) raster::writeMasks(gbuffer.masks, masks);
     return counted;
   }
@@ -334,7 +387,12 @@ class ScreenSpace : public Method {
       cubeMap_.bind(1);
       cubeMap_.setLevels(program);
     }
-    if (!colours_.empty()) colours_.bind(2);
+    if (twoLayers()) {
+      second_.colour().bindImage(6, GL_READ_ONLY);
+      second_.surface().bindImage(7, GL_READ_ONLY);
+    }
+    for (std::size_t l = 0; l < colours_.size(); ++l)
+      colours_[l].texture.bind(static_cast<GLuint>(2 + l));
     const float focal = 0.5f * size.y / std::tan(0.5f * camera.verticalFovRad);
     const Mat3 worldFromCamera(camera.worldFromCamera);
     program.set("size", size);
@@ -359,17 +417,22 @@ class ScreenSpace : public Method {
   raster::RefractiveSamples refractive_;
   bool lobeHorizons_ = false;
   CubeMap cubeMap_;
-  gl::Texture pyramid_;  ///< reversed depths
+  screen_space::SecondLayer second_;  ///< empty with one layer
+  gl::Texture pyramid_;               ///< reversed depths
   std::vector<gl::Framebuffer> levels_;
-  gl::Texture colours_;  ///< for cones: diffuse radiance, and the share of a texel that is known
-  gl::Framebuffer coloursTarget_;
+  /// For cones: diffuse radiance of a layer, and the share of a texel that is known.
+  struct Colours {
+    gl::Texture texture;
+    gl::Framebuffer target;
+  };
+  std::vector<Colours> colours_;
   gl::Program drawColours_;
   gl::Program first_;
   gl::Program coarser_;
   gl::Program mirrors_;
   gl::Program glossy_;
   gl::Texture missed_;  ///< R8UI: whether a ray of the sample found nothing
-  gl::Texture ends_;    ///< R32UI: with count_disocclusions, how a sample's single ray ended
+  gl::Texture ends_;    ///< R32UI: with count_disocclusions, how rays ended
   gl::Framebuffer endsTarget_;
   gl::Framebuffer target_;
   gl::Buffer counts_;
@@ -388,6 +451,8 @@ const MethodEntry& screenSpaceEntry() {
       .paper = "",
       .steps = {{"cube_map", "start, frames",
                  "the cube map is drawn; again after something has moved"},
+                {"second_layer", "frames",
+                 "with layers 2: the surfaces behind those that the frame shows are drawn"},
                 {"pyramid", "frames", "nearest and farthest depths of cells of samples"},
                 {"colours", "frames", "with cones: means of what the frame shows"},
                 {"march", "frames", "rays are followed over the frame's depths"},
@@ -396,8 +461,7 @@ const MethodEntry& screenSpaceEntry() {
                 {"resolve", "frames", "rays are generated; hits are shaded"},
                 {"upload", "frames", "traced reflections are uploaded"},
                 {"disocclusions", "frames",
-                 "with image.count_disocclusions: Embree checks the rays of mirrors",
-                 StepKind::Check}},
+                 "with image.count_disocclusions: Embree checks the rays", StepKind::Check}},
       .counters = {{"samples", "reflective samples"},
                    {"cones", "glossy samples with a cone in place of their rays"},
                    {"hits", "rays that hit a surface which the frame shows"},
@@ -407,26 +471,31 @@ const MethodEntry& screenSpaceEntry() {
                    {"backface", "rays that met the back of a surface which the frame shows"},
                    {"toward_camera", "rays that pass the eye"},
                    {"steps", "rays that took all of their steps"},
+                   {"view_colour",
+                    "of `hits`: on surfaces that reflect, whose diffuse radiance is taken"},
+                   {"second_layer_hits", "of `hits`: on the second layer", false, "layers 2"},
                    {"below_horizon",
                     "samples whose normal was corrected, or with a ray that would enter the "
                     "surface"},
                    {"retraced", "samples that were traced"},
-                   {"disoccluded", "rays of mirrors that found nothing although a surface is there",
-                    false, "image.count_disocclusions"},
+                   {"disoccluded", "rays that found nothing although a surface is there", false,
+                    "image.count_disocclusions"},
                    {"missed_hit", "of `disoccluded`: the frame shows that surface", false,
                     "image.count_disocclusions"},
-                   {"wrong_hit", "rays of mirrors with a hit on a wrong surface, or where none is",
-                    false, "image.count_disocclusions"},
+                   {"wrong_hit", "rays with a hit on a wrong surface, or where none is", false,
+                    "image.count_disocclusions"},
                    {"refraction_mirrored",
                     "samples of refractive materials, which are mirrored instead"},
                    {"clamped_cube_map", "texels of the cube map above the range of half floats",
                     true, "fallback environment_map"}},
       .tests = {.small = R"({"face_size": 64})",
                 .variants = {R"({"trace": "dda"})", R"({"fallback": "traced", "glossy": "cone"})",
-                             R"({"fallback": "black"})"}},
+                             R"({"fallback": "black", "layers": 2})"}},
       .options = optionTable().schema(),
       .make = [](const config::Value& options) -> std::unique_ptr<Method> {
-        return std::make_unique<ScreenSpace>(optionTable().parse(options));
+        const Options read = optionTable().parse(options);
+        refuseIdle(read, options);
+        return std::make_unique<ScreenSpace>(read);
       }};
   return entry;
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -20,14 +21,14 @@ constexpr int kHeight = 160;
 constexpr std::uint32_t kMirror = 1;
 
 /// A mirror on the ground, before a wall, with stripes or without, with a pillar; the camera sees
-/// what is reflected.
-scene::Scene hall(float roughness = 0.0f, int stripes = 0) {
+/// what is reflected. `wallLevel`: s of the wall.
+scene::Scene hall(float roughness = 0.0f, int stripes = 0, float wallLevel = 0.0f) {
   test::SceneBuilder builder;
   builder.constantEnvironment(Vec3(0.5f, 0.6f, 0.9f));
   builder.add(scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Unit),
               builder.reflective(0.8f, roughness));
   builder.add(scene::makePlane({8.0f, 8.0f}, {1, 1}, scene::UvMode::Unit),
-              builder.diffuse(Vec3(0.7f, 0.3f, 0.2f)),
+              builder.reflective(wallLevel, 0.0f, Vec3(0.7f, 0.3f, 0.2f)),
               translation({0.0f, 4.0f, -2.0f}) * rotation(90.0f, {1.0f, 0.0f, 0.0f}));
   builder.add(scene::makeBox({}, scene::UvMode::Unit), builder.diffuse(Vec3(0.1f, 0.6f, 0.3f)),
               translation({0.4f, 0.5f, -1.0f}) * glm::scale(Mat4(1.0f), Vec3(0.4f, 1.0f, 0.4f)));
@@ -53,8 +54,9 @@ struct Frame {
 };
 
 Frame frameOf(const std::string& method, const std::string& options, float roughness = 0.0f,
-              int stripes = 0) {
-  test::GlStage stage(hall(roughness, stripes), test::framesOf(kWidth, kHeight, 1, true));
+              int stripes = 0, float wallLevel = 0.0f) {
+  test::GlStage stage(hall(roughness, stripes, wallLevel),
+                      test::framesOf(kWidth, kHeight, 1, true));
   Frame frame;
   frame.counters =
       test::GlMethod(stage, test::methodNamed(method), options).render(camera()).counters;
@@ -167,6 +169,14 @@ TEST(ScreenSpace, EachRayEndsOnceAndItsSampleIsMarked) {
     const std::uint64_t rays = roughness > 0.0f ? 4 : 1;
     EXPECT_EQ(ends, rays * frame.counters.at("samples"));
     if (rays > 1) continue;
+    std::uint64_t notFound = 0;
+    for (std::size_t i = 0; i < frame.ids.size(); ++i)
+      if (frame.ids[i] == kMirror) {
+        EXPECT_LE(
+            std::popcount(static_cast<unsigned>(frame.masks[i] & (kMisses | raster::kMaskSky))), 1);
+        notFound += (frame.masks[i] & kMisses) != 0 ? 1 : 0;
+      }
+    EXPECT_EQ(notFound, ends - frame.counters.at("hits") - frame.counters.at("sky"));
     for (const auto& [bit, end] :
          {std::pair(raster::kMaskOffscreen, "offscreen"), std::pair(raster::kMaskBehind, "behind"),
           std::pair(raster::kMaskSky, "sky")}) {
@@ -193,7 +203,82 @@ TEST(ScreenSpace, ASampleWithAMissIsTracedAsByTraced) {
   }
 }
 
-// Embree's rays are those of `traced`: what they do not object to looks the same.
+// The diffuse radiance of the wall is taken, which is no miss: as `traced` does with one bounce.
+TEST(ScreenSpace, HitsOnOtherReflectorsAreMarked) {
+  EXPECT_EQ(frameOf("screen_space", "{}").counters.at("view_colour"), 0u);
+  const Frame traced = frameOf("traced", "{}", 0.0f, 0, 0.5f);
+  for (const char* options : {R"({"trace": "hi_z"})", R"({"trace": "dda"})"}) {
+    const Frame frame = frameOf("screen_space", options, 0.0f, 0, 0.5f);
+    std::uint64_t marked = 0;
+    int onWall = 0;
+    int different = 0;
+    for (std::size_t i = 0; i < frame.ids.size(); ++i) {
+      const bool marks = (frame.masks[i] & raster::kMaskViewColour) != 0;
+      marked += marks ? 1 : 0;
+      ASSERT_FALSE(marks && (frame.masks[i] & (kMisses | raster::kMaskSky)) != 0);
+      if (frame.ids[i] != kMirror || (frame.masks[i] & (kMisses | raster::kMaskSky)) != 0) continue;
+      // The wall is red, the pillar green
+      ASSERT_EQ(marks, frame.reflection[4 * i] > frame.reflection[4 * i + 1]);
+      onWall += marks ? 1 : 0;
+      different += marks && differenceAt(frame, traced, i) > 0.02f ? 1 : 0;
+    }
+    EXPECT_EQ(marked, frame.counters.at("view_colour"));
+    EXPECT_GT(onWall, 3000);
+    EXPECT_LT(different, onWall / 50);
+  }
+}
+
+// Each ray of a lobe is checked: samples that Embree does not object to look as by `traced`.
+TEST(ScreenSpace, EmbreeChecksTheRaysOfLobes) {
+  RunSettings settings = test::framesOf(kWidth, kHeight, 1, true);
+  settings.countDisocclusions = true;
+  for (const int rays : {1, 4}) {
+    const std::string options = "\"rays\": " + std::to_string(rays) + "}";
+    const Frame traced = frameOf("traced", "{" + options, 0.3f);
+    test::GlStage stage(hall(0.3f), settings);
+    test::GlMethod method(stage, screenSpaceEntry(), R"({"fallback": "black", )" + options);
+    // Ends of an earlier frame do not remain
+    method.render(scene::lookAt({0.0f, 3.0f, 3.0f}, Vec3(0.0f), {0.0f, 1.0f, 0.0f}, 0.5f));
+    const Counters counters = method.render(camera()).counters;
+    Frame frame;
+    frame.reflection = raster::readRgba(stage.gbuffer.reflection);
+    const std::vector<std::uint16_t> masks = raster::readMasks(stage.gbuffer.masks);
+    int agreed = 0;
+    int unlike = 0;
+    for (std::size_t i = 0; i < masks.size(); ++i) {
+      if (traced.ids[i] != kMirror || (masks[i] & (kMisses | raster::kMaskDisoccluded)) != 0)
+        continue;
+      ++agreed;
+      unlike += differenceAt(frame, traced, i) > 0.02f ? 1 : 0;
+    }
+    EXPECT_GT(agreed, 1000);
+    EXPECT_LT(unlike, agreed / 50);
+    EXPECT_GT(counters.at("disoccluded"), 100u);
+    EXPECT_GT(counters.at("wrong_hit"), 0u);
+    EXPECT_LT(counters.at("wrong_hit"), counters.at("hits") / 20);
+    EXPECT_LE(counters.at("hits") + counters.at("disoccluded"),
+              static_cast<std::uint64_t>(rays) * counters.at("samples"));
+  }
+}
+
+// The cone of a narrow lobe is checked along its mirrored ray.
+TEST(ScreenSpace, EmbreeChecksCones) {
+  RunSettings settings = test::framesOf(kWidth, kHeight, 1);
+  settings.countDisocclusions = true;
+  std::vector<Counters> counters;
+  for (const float roughness : {0.0f, 0.06f}) {
+    test::GlStage stage(hall(roughness), settings);
+    counters.push_back(test::GlMethod(stage, screenSpaceEntry(), R"({"glossy": "cone"})")
+                           .render(camera())
+                           .counters);
+  }
+  for (const char* count : {"disoccluded", "wrong_hit", "missed_hit"})
+    EXPECT_NEAR(static_cast<double>(counters[0].at(count)),
+                static_cast<double>(counters[1].at(count)),
+                0.05 * static_cast<double>(counters[0].at(count)) + 20.0)
+        << count;
+}
+
 TEST(ScreenSpace, EmbreeTellsWhichHitsAreWrong) {
   const Frame traced = frameOf("traced", "{}");
   std::uint64_t missedHits[2] = {};

@@ -12,4 +12,5 @@ const uint kMaskBehind = 1024u;        // mask.behind
 const uint kMaskBackface = 2048u;      // mask.backface
 const uint kMaskTowardCamera = 4096u;  // mask.toward_camera
 const uint kMaskSteps = 8192u;         // mask.steps
-// 64 and 128 are for a method's own marks, which no layer shows; 16384 and above are free.
+const uint kMaskViewColour = 16384u;   // mask.view_colour: no miss, but the hit surface reflects
+// 64 and 128 are for a method's own marks, which no layer shows; 32768 is free.

@@ -12,4 +12,6 @@ const int kBackface = 4;      // it met the back of a surface that the frame sho
 const int kTowardCamera = 5;  // it passes the eye's near plane
 const int kSteps = 6;         // it took all of its steps
 const int kBelow = 7;         // not an end: samples with a ray that would enter the surface
-const int kCounts = 8;
+const int kViewColour = 8;    // likewise: hits on surfaces that reflect
+const int kSecondHit = 9;     // likewise: hits on the second layer
+const int kCounts = 10;

@@ -2,9 +2,10 @@
 //   LOBES          rays of a lobe; 0: one mirror ray
 //   LOBE_HORIZONS  1: rays of lobes are bounded by the G-buffer's lobe horizons, else by normals
 //   CONE           1: instead of a lobe's rays, one that is as wide as the lobe
-//   FOUND          1: samples with a single ray store its end, and where it hit
+//   FOUND          1: the end of each ray is stored, and where it hit
 //   FALLBACK       0: black; 1: the cube map; 2: rays are traced later
 //   MASKS          1: samples are marked by the ends of their rays
+//   LAYERS         2: there is a second layer of surfaces (march.glsl)
 #include "raster/shaders/lobe.glsl"
 #include "march.glsl"
 #if LOBES
@@ -14,11 +15,14 @@
 #include "raster/shaders/shading.glsl"
 
 layout(binding = 2, rgba32f) readonly uniform image2D diffuseSamples;
+#if LAYERS == 2
+layout(binding = 6, rgba32f) readonly uniform image2D secondColours;  // radiance, s
+#endif
 #if LOBES && LOBE_HORIZONS
 layout(binding = 3, r32ui) readonly uniform uimage2D lobeHorizons;
 #endif
 #if FOUND
-layout(binding = 5, r32ui) writeonly uniform uimage2D endSamples;
+layout(binding = 5, r32ui) writeonly uniform uimage2DArray endsOfRays;  // a layer for each ray of a lobe
 #endif
 #if FALLBACK == 1
 layout(binding = 1) uniform samplerCube cubeMap;
@@ -27,16 +31,25 @@ uniform float lastLevel;
 #endif
 #if CONE
 layout(binding = 2) uniform sampler2D colours;  // of what the frame shows, times the share a that it shows
+#if LAYERS == 2
+layout(binding = 3) uniform sampler2D coloursOfSecond;
+#endif
 
 // What the frame shows where a cone of this variance (steradians per axis) meets it.
-vec3 colourAround(vec3 place, ivec2 at, float variance) {
-  float axis = nearMetres / texelFetch(pyramid, at, 0).r;
-  vec2 window = vec2(at) + 0.5;
+vec3 colourAround(vec3 place, March found, float variance) {
+  float axis = nearMetres / depthAt(found.at, found.layer);
+  vec2 window = vec2(found.at) + 0.5;
   vec3 hit = vec3((window - 0.5 * size) / focal, 1.0) * axis;
   float samples2 = variance * dot(hit - place, hit - place) * (focal.y * focal.y) / (axis * axis);
   // A texel of w samples, filtered bilinearly, has the variance w^2 / 4
   float level = clamp(0.5 * log2(max(4.0 * samples2, 1e-6)), 0.0, float(kLastLevel));
-  vec4 seen = textureLod(colours, window / vec2(textureSize(colours, 0)), level);
+  vec2 texel = window / vec2(textureSize(colours, 0));
+#if LAYERS == 2
+  vec4 seen = found.layer == 1 ? textureLod(coloursOfSecond, texel, level)
+                               : textureLod(colours, texel, level);
+#else
+  vec4 seen = textureLod(colours, texel, level);
+#endif
   return seen.rgb / max(seen.a, 1e-6);
 }
 #endif
@@ -54,25 +67,45 @@ layout(location = 1) out uint mask;
 layout(location = 1 + MASKS) out uint missed;  // 1: a ray found nothing
 #endif
 
-const uint kMaskOf[kCounts] = uint[](0u, kMaskSky, kMaskOffscreen, kMaskBehind, kMaskBackface,
-                                     kMaskTowardCamera, kMaskSteps, kMaskBelowHorizon);
+// By the end of a ray
+const uint kMaskOf[kBelow] = uint[](0u, kMaskSky, kMaskOffscreen, kMaskBehind, kMaskBackface,
+                                    kMaskTowardCamera, kMaskSteps);
 
-// What a ray sees, `sky` over the background; counts its end. Variance: of a cone.
-vec3 seenAlong(vec3 place, vec3 direction, vec3 sky, float level, float variance, inout uint bits) {
+// The diffuse radiance of what a ray from `place` has hit. Variance: of a cone.
+vec3 radianceOf(March found, vec3 place, float variance, inout uint bits) {
+#if LAYERS == 2
+  vec4 shown = found.layer == 1 ? imageLoad(secondColours, found.at)
+                                : imageLoad(diffuseSamples, found.at);
+  if (found.layer == 1) atomicAdd(counts[kSecondHit], 1u);
+#else
+  vec4 shown = imageLoad(diffuseSamples, found.at);
+#endif
+  if (shown.a > 0.0) {
+    bits |= kMaskViewColour;
+    atomicAdd(counts[kViewColour], 1u);
+  }
+#if CONE
+  return colourAround(place, found, variance);
+#else
+  return shown.rgb;
+#endif
+}
+
+// What ray `index` of a sample sees, `sky` over the background; counts its end. Variance: of a cone.
+vec3 seenAlong(vec3 place, vec3 direction, int index, vec3 sky, float level, float variance,
+               inout uint bits) {
   uint own = imageLoad(objectSamples, ivec2(gl_FragCoord.xy)).r;
   vec3 fromEye = eyeFromWorld * place;
   March found = march(screenRay(fromEye, eyeFromWorld * direction, direction, own));
   bits |= kMaskOf[found.end];
   atomicAdd(counts[found.end], 1u);
 #if FOUND
-  uint where = found.end == kHit ? uint(found.at.x) << 4 | uint(found.at.y) << 18 : 0u;
-  imageStore(endSamples, ivec2(gl_FragCoord.xy), uvec4(uint(found.end) + 1u | where));
+  bool hit = found.end == kHit;
+  uint where = hit ? uint(found.at.x) << 4 | uint(found.at.y) << 18 : 0u;
+  uint code = uint(hit && found.layer == 1 ? kSecondHit : found.end) + 1u;
+  imageStore(endsOfRays, ivec3(ivec2(gl_FragCoord.xy), index), uvec4(code | where));
 #endif
-#if CONE
-  if (found.end == kHit) return colourAround(fromEye, found.at, variance);
-#else
-  if (found.end == kHit) return imageLoad(diffuseSamples, found.at).rgb;
-#endif
+  if (found.end == kHit) return radianceOf(found, fromEye, variance, bits);
   if (found.end == kSky) return sky;
 #if FALLBACK == 1
   bits |= kMaskEnvironment;
@@ -112,7 +145,7 @@ void main() {
     float weight = 1.0;
     bool below = false;
     vec3 direction =
-        rays == 1 ? mirror : lobeDirection(lobe, i, rays, shift, weight, below);
+        isMirrorLobe(code) ? mirror : lobeDirection(lobe, i, rays, shift, weight, below);
     bits |= below ? kMaskBelowHorizon : 0u;
     vec3 sky = environmentRadiance(direction);
 #if CONE
@@ -120,20 +153,17 @@ void main() {
     middle += weight * direction;
     weights += weight;
 #else
-    if (weight > 0.0) sum += weight * seenAlong(place, direction, sky, level, 0.0, bits);
+    if (weight > 0.0) sum += weight * seenAlong(place, direction, i, sky, level, 0.0, bits);
 #endif
   }
 #if CONE
   // The cone has the rays' mean direction and weight
   if (weights > 0.0)
-    sum = weights * seenAlong(place, normalize(middle), sum / weights, level, variance, bits);
+    sum = weights * seenAlong(place, normalize(middle), 0, sum / weights, level, variance, bits);
 #endif
   reflection = vec4(sum / float(rays), 1.0);
-#if FOUND
-  if (rays > 1) imageStore(endSamples, at, uvec4(0u));
-#endif
 #else
-  reflection = vec4(seenAlong(place, mirror, environmentRadiance(mirror), 0.0, 0.0, bits), 1.0);
+  reflection = vec4(seenAlong(place, mirror, 0, environmentRadiance(mirror), 0.0, 0.0, bits), 1.0);
 #endif
   if ((bits & kMaskBelowHorizon) != 0u) atomicAdd(counts[kBelow], 1u);
 #if MASKS
