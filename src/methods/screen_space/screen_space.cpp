@@ -64,8 +64,7 @@ const config::OptionTable<Options>& optionTable() {
            .trade("64,256,0"),
        field(&Options::layers, "layers", range(1, 2),
              "2: rays also hit the nearest surface `separation` behind what the frame shows"),
-       field(&Options::separation, "separation", atLeast(0.0),
-             "least metres between layers"),
+       field(&Options::separation, "separation", atLeast(0.0), "least metres between layers"),
        field(&Options::rays, "rays", range(1, 256), kRaysHelp).trade("2,4,8,16,32"),
        field(&Options::glossy, "glossy", kGlossy, "a lobe's rays, or one ray as wide")
            .trade("rays,cone"),
