@@ -40,14 +40,20 @@ std::array<int, 2> makePipe() {
   return ends;
 }
 
-/// The last line of a worker's log that says something, without its level.
+/// All lines of the last error in a worker's log, without its level; else the last line.
 std::string lastWords(const fs::path& log) {
+  constexpr std::string_view kLevel = "error: ";
   std::ifstream file(log);
   std::string last;
-  for (std::string line; std::getline(file, line);)
-    if (!line.empty()) last = line;
-  constexpr std::string_view kLevel = "error: ";
-  return last.starts_with(kLevel) ? last.substr(kLevel.size()) : last;
+  bool isError = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line.empty()) continue;
+    const bool begins = line.starts_with(kLevel);
+    if (begins) line.erase(0, kLevel.size());
+    last = isError && !begins ? last + "\n" + line : line;
+    isError = isError || begins;
+  }
+  return last;
 }
 
 std::map<std::string, double> numbersOf(const config::Value& object) {

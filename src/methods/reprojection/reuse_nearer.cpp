@@ -97,7 +97,8 @@ void Reuse::findNearer(const KeyFrame& key, const frame::Geometry& geometry) {
       const std::int32_t i =
           reflecting(static_cast<int>(nearest.x), static_cast<int>(nearest.y), key.reflector(at));
       if (i < 0 || !hides(key, at, i)) continue;
-      const Vec2 start(static_cast<float>(at % width), static_cast<float>(at / width));
+      const std::size_t row = at / width;
+      const Vec2 start(static_cast<float>(at % width), static_cast<float>(row));
       edge.match = searchFrom(key, i, {&start, 1});
       if (edge.match.outcome == Outcome::Found && holds(key, i, edge.match)) edge.sample = i;
     }
