@@ -63,32 +63,12 @@ constexpr float kSphereRadius = 0.4f;
 const Vec3 kSphereCentre(0.0f, -0.6f, -0.7f);
 const Vec3 kSphereColor(0.25f, 0.5f, 0.125f);
 
-Vec3 wallColor(int face) {
-  return Vec3(static_cast<float>(face + 1), static_cast<float>((face * 5) % 7), 0.5f);
-}
-
 scene::Scene sixColours() {
   test::SceneBuilder builder;
-  for (int face = 0; face < 6; ++face) {
-    scene::BoxShape wall;
-    wall.size = Vec3(2 * kWallDistance);
-    wall.inward = true;
-    wall.faces = {};
-    wall.faces[face] = true;
-    scene::Material material;
-    material.unlit = true;
-    material.baseColor = wallColor(face);
-    builder.scene().materials.push_back(material);
-    builder.add(scene::makeBox(wall, scene::UvMode::Unit),
-                static_cast<int>(builder.scene().materials.size()) - 1);
-  }
-  scene::Material mirror;
-  mirror.unlit = true;
-  mirror.baseColor = kSphereColor;
-  mirror.specularLevel = 0.8f;
-  builder.scene().materials.push_back(mirror);
-  builder.add(scene::makeIcosphere(kSphereRadius, 5, scene::UvMode::Unit),
-              static_cast<int>(builder.scene().materials.size()) - 1,
+  addRoom(builder, kWallDistance);
+  const int mirror = unlit(builder, kSphereColor);
+  builder.scene().materials.back().specularLevel = 0.8f;
+  builder.add(scene::makeIcosphere(kSphereRadius, 5, scene::UvMode::Unit), mirror,
               test::translation(kSphereCentre));
   return builder.scene();
 }

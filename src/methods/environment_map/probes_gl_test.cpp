@@ -18,14 +18,6 @@ constexpr float kRadius = 0.4f;
 const std::array<Vec3, 3> kBalls = {Vec3(-0.9f, -0.3f, 0.0f), Vec3(0.9f, -0.2f, -0.3f),
                                     Vec3(0.1f, 0.7f, -0.8f)};
 
-int unlit(test::SceneBuilder& builder, const Vec3& radiance) {
-  scene::Material material;
-  material.unlit = true;
-  material.baseColor = radiance;
-  builder.scene().materials.push_back(material);
-  return static_cast<int>(builder.scene().materials.size()) - 1;
-}
-
 /// So many mirror balls (objects 1, ...), of radiance `own` without their reflection.
 test::SceneBuilder mirrorBalls(std::size_t count, const Vec3& own = Vec3(0.25f)) {
   test::SceneBuilder builder;
@@ -137,10 +129,6 @@ TEST(Probes, SharesSumToOne) {
 
 constexpr float kWall = 2.0f;
 
-Vec3 roomColor(int face) {
-  return Vec3(static_cast<float>(face + 1), static_cast<float>((face * 5) % 7), 0.5f);
-}
-
 /// Whether the way between two points passes near a mirror ball that does not enclose its start.
 bool nearABall(const Vec3& from, const Vec3& to, float margin) {
   const Vec3 way = to - from;
@@ -171,19 +159,12 @@ std::optional<Vec3> wallSeen(const Rig::Sample& sample, const std::vector<Vec3>&
   if (nearABall(sample.place, hit, kMargin)) return std::nullopt;
   for (const Vec3& map : maps)
     if (nearABall(map, hit, kMargin)) return std::nullopt;
-  return roomColor(2 * axis + (sample.reflected[axis] < 0 ? 1 : 0));
+  return wallColor(2 * axis + (sample.reflected[axis] < 0 ? 1 : 0));
 }
 
 TEST(Probes, ABoxAsProxyIsExactInARoomThatIsABox) {
   test::SceneBuilder builder = mirrorBalls(3);
-  for (int face = 0; face < 6; ++face) {
-    scene::BoxShape wall;
-    wall.size = Vec3(2 * kWall);
-    wall.inward = true;
-    wall.faces = {};
-    wall.faces[face] = true;
-    builder.add(scene::makeBox(wall, scene::UvMode::Unit), unlit(builder, roomColor(face)));
-  }
+  addRoom(builder, kWall);
   const scene::Scene& scene = builder.scene();
   const frame::Geometry geometry = frame::makeGeometry(scene, scene::poseAt(scene, 0.0));
   for (const int probes : {1, 2, 3, 8}) {

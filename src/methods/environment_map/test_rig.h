@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "frame/test_scenes.h"
 #include "methods/environment_map/environment_map.h"
 #include "methods/testing/gl_harness.h"
 
@@ -78,6 +79,32 @@ class Rig {
 
 inline scene::Camera cameraAt(const Vec3& eye, const Vec3& target) {
   return scene::lookAt(eye, target, Vec3(0, 1, 0), radians(50.0f));
+}
+
+/// A new material of this radiance in all directions.
+inline int unlit(test::SceneBuilder& builder, const Vec3& radiance) {
+  scene::Material material;
+  material.unlit = true;
+  material.baseColor = radiance;
+  builder.scene().materials.push_back(material);
+  return static_cast<int>(builder.scene().materials.size()) - 1;
+}
+
+/// Radiance of a wall of addRoom(); faces as in scene::BoxShape.
+inline Vec3 wallColor(int face) {
+  return Vec3(static_cast<float>(face + 1), static_cast<float>((face * 5) % 7), 0.5f);
+}
+
+/// Adds six walls, `distance` metres from the origin.
+inline void addRoom(test::SceneBuilder& builder, float distance) {
+  for (int face = 0; face < 6; ++face) {
+    scene::BoxShape wall;
+    wall.size = Vec3(2 * distance);
+    wall.inward = true;
+    wall.faces = {};
+    wall.faces[face] = true;
+    builder.add(scene::makeBox(wall, scene::UvMode::Unit), unlit(builder, wallColor(face)));
+  }
 }
 
 }  // namespace catoptric::methods

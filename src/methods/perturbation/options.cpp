@@ -57,10 +57,8 @@ const config::OptionTable<Options>& optionTable() {
            .trade("0.25,0.5,1,2"),
        field(&Options::tracedPerPixel, "traced_per_pixel", range(0, 1000),
              "with `order` auto: most paths traced for an object's reflection in a mirror or chain "
-             "of "
-             "mirrors, per pixel of the frame; at least 262144. Beyond that no edge is split "
-             "(counter "
-             "coarse_objects)"),
+             "of mirrors, per pixel of the frame; at least 262144. Beyond that no edge is split "
+             "(counter coarse_objects)"),
        config::mebibytes(
            &Options::memoryBytes, "memory_mib",
            "memory of the virtual objects, MiB; beyond it objects are left out (counter "

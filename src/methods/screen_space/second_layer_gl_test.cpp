@@ -13,6 +13,7 @@
 #include "frame/test_scenes.h"
 #include "methods/screen_space/screen_space.h"
 #include "methods/testing/gl_harness.h"
+#include "raster/test_support.h"
 
 namespace catoptric::methods {
 namespace {
@@ -26,7 +27,7 @@ constexpr int kRows = 90;
 
 /// A plane that faces +z.
 Mat4 facing(const Vec3& centre) {
-  return translation(centre) * rotation(90.0f, {1.0f, 0.0f, 0.0f});
+  return translation(centre) * test::facingZ();
 }
 
 scene::Mesh plane(float width, float height) {
