@@ -148,15 +148,15 @@ std::string methodsPage(const std::vector<methods::MethodEntry>& registry) {
   config::SharedLines counters;
   for (const methods::MethodEntry& entry : registry) {
     for (const methods::StepInfo& step : entry.steps)
-      steps.add(entry.id, step.name, stepLine(step));
+      steps.add(entry.id, stepLine(step));
     for (const methods::CounterInfo& counter : entry.counters)
-      counters.add(entry.id, counter.name, counterLine(counter));
+      counters.add(entry.id, counterLine(counter));
   }
   text += "\n## Several methods\n\n### Steps\n" + steps.shared() + "\n### Counters\n" +
           counters.shared();
   std::map<std::string, std::string> toldBy;
   for (const methods::MethodEntry& entry : registry) {
-    text += "\n## " + entry.id + "\n\n" + entry.summary + paperLink(entry) + "\n\nSteps:\n\n" +
+    text += "\n## " + entry.id + paperLink(entry) + "\n\nSteps:\n\n" +
             steps.of(entry.id, kSeveral) + "\nCounters:\n\n" + counters.of(entry.id, kSeveral);
     for (const methods::TableInfo& table : entry.tables) {
       const auto [told, isNew] = toldBy.try_emplace(tableText(table), entry.id);

@@ -6,11 +6,11 @@
 
 namespace catoptric::config {
 
-void SharedLines::add(const std::string& owner, const std::string& name, const std::string& line) {
+void SharedLines::add(const std::string& owner, const std::string& line) {
   const auto same = std::find_if(lines_.begin(), lines_.end(),
                                  [&](const Line& known) { return known.text == line; });
   if (same == lines_.end())
-    lines_.push_back({line, name, {owner}});
+    lines_.push_back({line, {owner}});
   else
     same->owners.push_back(owner);
 }
@@ -32,16 +32,15 @@ std::string SharedLines::shared() const {
 
 std::string SharedLines::of(const std::string& owner, const std::string& place) const {
   std::string text;
-  std::vector<std::string> elsewhere;
+  bool sharesSome = false;
   for (const Line& line : lines_) {
     if (std::find(line.owners.begin(), line.owners.end(), owner) == line.owners.end()) continue;
     if (line.owners.size() == 1)
       text += line.text;
     else
-      elsewhere.push_back("`" + line.name + "`");
+      sharesSome = true;
   }
-  if (!elsewhere.empty()) text += "- [Shared](" + place + "): " + joined(elsewhere, ", ") + "\n";
-  return text;
+  return text + (sharesSome ? "- [Shared](" + place + ")\n" : "");
 }
 
 }  // namespace catoptric::config

@@ -18,17 +18,16 @@ std::string markdownList(const Schema& schema);
 /// Collects lines that describe several methods. A line that several methods share is printed once.
 class SharedLines {
  public:
-  /// Adds `line`, which describes the item `name` of the method `owner` and ends with a newline.
-  void add(const std::string& owner, const std::string& name, const std::string& line);
+  /// Adds `line`, which describes an item of the method `owner` and ends with a newline.
+  void add(const std::string& owner, const std::string& line);
   /// The lines that several methods share, under headings "**method, method**".
   std::string shared() const;
-  /// The lines that only `owner` has, then the names of its shared lines with a link to `place`.
+  /// The lines that only `owner` has, then, if it has shared lines, a link to them at `place`.
   std::string of(const std::string& owner, const std::string& place) const;
 
  private:
   struct Line {
     std::string text;
-    std::string name;
     std::vector<std::string> owners;
   };
   std::vector<Line> lines_;

@@ -65,7 +65,7 @@ std::string methodLists(const std::vector<methods::MethodEntry>& registry) {
     for (const config::Field& field : methodSchema(entry).fields)
       if (std::none_of(common.fields.begin(), common.fields.end(),
                        [&](const config::Field& known) { return known.name == field.name; }))
-        lines.add(entry.id, field.name, config::markdownLine(field));
+        lines.add(entry.id, config::markdownLine(field));
   std::string text = config::markdownList(common) + "### several methods\n" + lines.shared();
   for (const methods::MethodEntry& entry : registry)
     text += "\n### " + entry.id + "\n\n" + entry.summary + "\n\n" +
