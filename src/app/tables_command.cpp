@@ -7,6 +7,7 @@
 
 #include "app/study_options.h"
 #include "config/json_text.h"
+#include "core/clock.h"
 #include "core/file.h"
 #include "core/log.h"
 #include "core/text.h"
@@ -146,9 +147,25 @@ void measureRun(const PreparedRun& run, bool textOnly, int amortize, study::Suit
         amortize > 0 ? amortize : bench.pathFrames(setting),
         bench.reflectors(setting)};
   }
-  if (bench.framesRendered() > 0)
-    log::info(run.name + ": " + std::to_string(bench.framesRendered()) + " frames rendered");
   bench.clear();
+}
+
+/// Says after each run how long those that are left will take, if they take as long as those before.
+void measureRuns(const std::vector<PreparedRun>& runs, const TablesOptions& options,
+                 study::SuiteData& data) {
+  const std::int64_t start = nowNs();
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const std::int64_t own = nowNs();
+    measureRun(runs[i], options.textOnly, options.amortize, data);
+    if (runs[i].bench->framesRendered() == 0) continue;
+    const std::size_t left = runs.size() - i - 1;
+    const double each = secondsSince(start) / static_cast<double>(i + 1);
+    log::info(runs[i].name + ": " + std::to_string(runs[i].bench->framesRendered()) +
+              " frames rendered in " + durationText(secondsSince(own)) +
+              (left > 0 ? "; left: " + std::to_string(left) + " runs, about " +
+                              durationText(each * static_cast<double>(left))
+                        : ""));
+  }
 }
 
 void writeTables(const study::Suite& suite, const study::SuiteData& data,
@@ -321,7 +338,7 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   study::failedChecks(suite, data);
   if (!options.into.empty()) writeInto(options.into, suite, data, false);
   try {
-    for (const PreparedRun& run : runs) measureRun(run, options.textOnly, options.amortize, data);
+    measureRuns(runs, options, data);
     if (!options.pictures.empty() && !options.textOnly)
       drawPictures(suite, data, options, values ? &*values : nullptr, printer, folder);
   } catch (const study::StudyStopped&) {

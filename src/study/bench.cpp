@@ -443,7 +443,12 @@ void Bench::findErrors(const std::vector<Setting>& settings, const std::vector<i
 
 const Samples& Bench::measure(const std::vector<Setting>& settings, const std::vector<int>& frames,
                               bool withErrors) {
-  if (withErrors && flicker_) {  // needs frames that are not timed
+  const auto needsOthers = [&](const Setting& setting) {  // for flicker
+    return std::ranges::any_of(missingErrors(setting, frames), [&](int number) {
+      return std::ranges::find(frames, number) == frames.end();
+    });
+  };
+  if (withErrors && std::ranges::any_of(settings, needsOthers)) {
     findErrors(settings, frames);
     withErrors = false;
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "core/error.h"
 #include "core/input_files.h"
@@ -28,8 +29,13 @@ std::vector<std::size_t> orderOf(std::size_t settings, int round, int frame, std
   return order;
 }
 
-/// How wide the interval of a clear ratio may be (high / low - 1); ours.
+/// How wide the interval of a clear ratio may be (high / low - 1): this fraction of the ratio's
+/// distance from 1, |log ratio|, but within these bounds; ours. So it ends far from 1, and its width
+/// hardly depends on which side of the truth the ratio lies: intervals hold the truth as often as
+/// with a fixed number of rounds (engine_test.cpp).
+constexpr double kWideOfDistance = 0.4;
 constexpr double kWide = 0.04;
+constexpr double kWidest = 0.1;
 
 /// Steps of a frame by any method.
 constexpr std::array kShared{"geometry", "gbuffer", "composite", "layers"};
@@ -127,9 +133,9 @@ std::vector<std::string> Measurement::steps(std::size_t setting) const {
   return names;
 }
 
-double growthOf(const Measurement& measurement, const TimeKind& kind) {
+std::vector<double> growthOf(const Measurement& measurement, const TimeKind& kind) {
   std::optional<RoundTimes> base;
-  double growth = 0.0;
+  std::vector<double> growth(measurement.settings.size(), 0.0);
   for (std::size_t i = 0; i < measurement.settings.size(); ++i) {
     if (!measurement.settings[i].failure.empty()) continue;
     const RoundTimes times = measurement.times(i, kind);
@@ -139,43 +145,40 @@ double growthOf(const Measurement& measurement, const TimeKind& kind) {
     }
     const Ratio ratio = pairedRatio(times, *base);
     const double wide = ratio.interval ? ratio.interval->high / ratio.interval->low - 1.0 : 1.0;
-    growth = std::max(growth, wide * wide / (kWide * kWide));
+    const double allowed =
+        std::clamp(kWideOfDistance * std::abs(std::log(ratio.value)), kWide, kWidest);
+    growth[i] = wide * wide / (allowed * allowed);
   }
   return growth;
 }
 
-Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vector<int>& frames,
-                           const TurnOptions& options) {
-  Measurement result;
-  result.settings.resize(runners.size());
-  const int ofRound = static_cast<int>(frames.size() * runners.size());
-  int done = 0;
-  double measured = 0.0;  // seconds of all settings
-  const auto lasted = [&](double seconds) {
-    return measured >= seconds * static_cast<double>(runners.size());
-  };
-  /// One turn of a setting, unless it has failed. False: the measurement was stopped.
-  const auto take = [&](int round, int frame, std::size_t setting) {
-    if (options.stopRequested && options.stopRequested()) {
+namespace {
+
+/// A measurement while it is made.
+class Turns {
+ public:
+  Turns(const std::vector<Runner*>& runners, const std::vector<int>& frames,
+        const TurnOptions& options)
+      : runners_(runners),
+        frames_(frames),
+        options_(options),
+        seconds_(runners.size(), 0.0),
+        isClear_(runners.size(), false) {
+    result.settings.resize(runners.size());
+  }
+
+  /// One turn of a setting, unless it has failed or is clear. False: the measurement was stopped.
+  bool take(int round, int frame, std::size_t setting) {
+    if (options_.stopRequested && options_.stopRequested()) {
       result.stopped = true;
       return false;
     }
     if (frame != kFirst) ++done;
     SettingResult& own = result.settings[setting];
-    if (!own.failure.empty()) return true;
-    const bool writes = round == 0 && frame != kFirst && !options.writeTo.empty();
+    if (!own.failure.empty() || isClear_[setting]) return true;
     try {
-      std::optional<FrameReport> report;
-      if (frame == kFirst) {
-        report = runners[setting]->first(frames.front(), options.first == FirstFrames::EachRound);
-        if (!report && options.first == FirstFrames::EachRound)
-          throw Error(ExitCode::FramesFailed,
-                      "this build of catoptric does not say what it builds before the first frame");
-      } else {
-        report = runners[setting]->render(
-            frame, writes ? options.writeTo[setting] : std::filesystem::path());
-      }
-      if (round > 0 && report) measured += report->seconds;
+      std::optional<FrameReport> report = render(round, frame, setting);
+      if (round > 0 && report) seconds_[setting] += report->seconds;
       if (round == 0 && frame != kFirst)
         own.written[frame] = std::move(*report);
       else if (report)
@@ -186,7 +189,60 @@ Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vecto
       own.failure = error.what();
     }
     return true;
-  };
+  }
+
+  /// Lets settings go that need no further rounds. The most growth of the others.
+  double settle() {
+    if (!options_.growth) return 0.0;
+    const std::vector<double> growth = options_.growth(result);
+    double most = 0.0;
+    bool isFirst = true;  // what the ratios are to stays as long as any
+    for (std::size_t i = 0; i < runners_.size(); ++i) {
+      if (!result.settings[i].failure.empty()) continue;
+      const bool goesOn = growth[i] > 1.0 && seconds_[i] < options_.mostSeconds;
+      if (goesOn) most = std::max(most, growth[i]);
+      if (!std::exchange(isFirst, false) && !goesOn) isClear_[i] = true;
+    }
+    return most;
+  }
+
+  /// The mean over the settings.
+  double seconds() const {
+    return std::accumulate(seconds_.begin(), seconds_.end(), 0.0) /
+           static_cast<double>(runners_.size());
+  }
+
+  Measurement result;
+  int done = 0;  ///< frames, also of settings that took no turn
+
+ private:
+  std::optional<FrameReport> render(int round, int frame, std::size_t setting) {
+    if (frame != kFirst) {
+      const bool writes = round == 0 && !options_.writeTo.empty();
+      return runners_[setting]->render(
+          frame, writes ? options_.writeTo[setting] : std::filesystem::path());
+    }
+    const bool again = options_.first == FirstFrames::EachRound;
+    std::optional<FrameReport> report = runners_[setting]->first(frames_.front(), again);
+    if (!report && again)
+      throw Error(ExitCode::FramesFailed,
+                  "this build of catoptric does not say what it builds before the first frame");
+    return report;
+  }
+
+  const std::vector<Runner*>& runners_;
+  const std::vector<int>& frames_;
+  const TurnOptions& options_;
+  std::vector<double> seconds_;  ///< measured of each setting
+  std::vector<bool> isClear_;    ///< settings that take no further turns
+};
+
+}  // namespace
+
+Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vector<int>& frames,
+                           const TurnOptions& options) {
+  Turns turns(runners, frames, options);
+  const int ofRound = static_cast<int>(frames.size() * runners.size());
   int rounds = options.repeats;
   const int mostRounds = kMostLonger * options.repeats;
   int expected = rounds;  // with those that will be added
@@ -199,29 +255,27 @@ Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vecto
     for (const int frame : numbers)
       for (const std::size_t setting : orderOf(runners.size(), round, frame, options.seed)) {
         if (options.outOfTime && options.outOfTime()) {
-          std::erase_if(result.turns,
+          std::erase_if(turns.result.turns,
                         [&](const Turn& turn) { return turn.round == round && round > 0; });
-          return withoutFailed(std::move(result));
+          return withoutFailed(std::move(turns.result));
         }
-        if (options.progress) options.progress(done, (expected + 1) * ofRound);
-        if (!take(round, frame, setting)) return result;
+        if (options.progress) options.progress(turns.done, (expected + 1) * ofRound);
+        if (!turns.take(round, frame, setting)) return std::move(turns.result);
       }
     const bool isLast = round == rounds;
-    const bool decides = isLast && lasted(options.leastSeconds) && !lasted(options.mostSeconds);
-    const double growth = decides && options.growth ? options.growth(result) : 1.0;
-    const bool goesOn = !lasted(options.leastSeconds) || growth > 1.0;
+    const bool isShort = turns.seconds() < options.leastSeconds;
+    const double growth = isLast && !isShort ? turns.settle() : 0.0;
     // By two: the second round takes the orders of the first one backwards.
-    if (isLast && goesOn && rounds + 2 <= mostRounds) rounds += 2;
-    const double ofSecond =
-        measured > 0.0 ? round * static_cast<double>(runners.size()) / measured : 0.0;  // rounds
-    if (decides) clear = round * growth;
+    if (isLast && (isShort || growth > 1.0) && rounds + 2 <= mostRounds) rounds += 2;
+    if (growth > 0.0) clear = round * growth;
+    const double ofSecond = turns.seconds() > 0.0 ? round / turns.seconds() : 0.0;  // rounds
     expected = static_cast<int>(
         std::clamp<double>(std::ceil(std::max(options.leastSeconds * ofSecond,
                                               std::min(clear, options.mostSeconds * ofSecond))),
                            rounds, mostRounds));
   }
-  if (options.progress) options.progress(done, done);
-  return withoutFailed(std::move(result));
+  if (options.progress) options.progress(turns.done, turns.done);
+  return withoutFailed(std::move(turns.result));
 }
 
 }  // namespace catoptric::study

@@ -57,10 +57,10 @@ struct TurnOptions {
   /// most kMostLonger times as many rounds. Otherwise another program that runs for a second could
   /// disturb all rounds.
   double leastSeconds = 0.0;
-  /// Then rounds continue while `growth` is above 1, but at most for this long. It says how many
-  /// times as many rounds the result needs.
+  /// Then rounds continue with the settings whose `growth` is above 1, and the first one, but each
+  /// at most for this long. It says how many times as many rounds each setting needs.
   double mostSeconds = 0.0;
-  std::function<double(const Measurement&)> growth;
+  std::function<std::vector<double>(const Measurement&)> growth;
   FirstFrames first = FirstFrames::Never;
   std::uint64_t seed = 0;
   std::vector<std::filesystem::path>
@@ -113,10 +113,10 @@ struct Measurement {
   std::vector<std::string> steps(std::size_t setting) const;
 };
 
-/// How many times as many rounds make the ratios of all settings to the first one clear, for times
-/// of this kind: an interval's width falls with the root of the rounds. Failed settings do not
-/// count.
-double growthOf(const Measurement& measurement, const TimeKind& kind);
+/// How many times as many rounds make the ratio of each setting to the first one clear, for times
+/// of this kind: an interval's width falls with the root of the rounds. An interval may be wider the
+/// farther its ratio is from 1. 0: of the first one, and of settings that failed.
+std::vector<double> growthOf(const Measurement& measurement, const TimeKind& kind);
 
 /// Renders `frames` with all runners. Each runner has one turn per frame. The seed determines the
 /// order of the runners, which is reversed in the next round. A runner that throws gets no further

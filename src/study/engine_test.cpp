@@ -268,7 +268,7 @@ TEST(Engine, RoundsGoOnUntilTheyAreEnough) {
     TurnOptions options;
     options.mostSeconds = mostSeconds;
     options.growth = [turns](const Measurement& so) {
-      return static_cast<double>(turns) / static_cast<double>(so.turns.size());
+      return std::vector{static_cast<double>(turns) / static_cast<double>(so.turns.size())};
     };
     int shown = 0;
     bool ended = false;
@@ -290,6 +290,38 @@ TEST(Engine, RoundsGoOnUntilTheyAreEnough) {
   EXPECT_EQ(rounds(0.0, 40), 8u);
 }
 
+/// Settings that are clear leave, the first one stays. Where rounds end by the interval's width,
+/// intervals hold the truth as often as else.
+TEST(Engine, ClearSettingsLeaveAndIntervalsStayHonest) {
+  const std::vector<double> truths{1.0, 1.02, 1.15, 1.4, 3.0};
+  std::vector<Trials> trials(truths.size());
+  std::vector<double> rounds(truths.size());
+  for (std::uint32_t seed = 1; seed <= kTrials; ++seed) {
+    Machine machine(seed);
+    machine.phase = seed;
+    std::vector<Simulated> settings;
+    for (const double truth : truths) settings.emplace_back(machine, 0.25 * truth);
+    std::vector<Runner*> runners;
+    for (Simulated& setting : settings) runners.push_back(&setting);
+    TurnOptions options;
+    options.seed = seed;
+    options.mostSeconds = 12.0;
+    options.growth = [](const Measurement& so) { return growthOf(so, {}); };
+    const Measurement result = measureInTurns(runners, {1, 2, 3, 4}, options);
+    for (std::size_t i = 1; i < truths.size(); ++i) {
+      const Ratio ratio = pairedRatio(result.times(i), result.times(0));
+      trials[i].add(ratio, truths[i]);
+      rounds[i] += static_cast<double>(ratio.rounds) / kTrials;
+      EXPECT_LE(result.times(i).size(), result.times(0).size());
+    }
+  }
+  for (std::size_t i = 1; i < truths.size(); ++i)
+    EXPECT_GE(trials[i].holding, kTrials * 19 / 20) << truths[i] << ": " << rounds[i] << " rounds";
+  EXPECT_LE(trials[1].wrong, kTrials / 100);
+  EXPECT_GE(rounds[1], 20.0);
+  EXPECT_LE(rounds[3], 0.7 * rounds[1]);
+}
+
 TEST(Engine, RoundsAreEnoughForTheTimeThatCounts) {
   // Of two settings first frames differ from round to round, or wall-clock times, or nothing
   const auto growth = [](double first, double wall, const TimeKind& kind) {
@@ -304,7 +336,7 @@ TEST(Engine, RoundsAreEnoughForTheTimeThatCounts) {
           report.seconds = report.cpuSeconds + wall * noise;
           so.turns.push_back({round, 0, setting, frame, report});
         }
-    return growthOf(so, kind);
+    return growthOf(so, kind)[1];
   };
   using enum TimeKind::Of;
   EXPECT_LE(growth(0.2, 0.0, {Clock::Wall, Steady}), 1.0);

@@ -90,7 +90,7 @@ struct Middle {
   double all = 0.0;
 };
 
-Middle middleOf(const RoundTimes& times, const RoundTimes& base) {
+Middle middleOf(const RoundTimes& times, const RoundTimes& base, std::size_t rounds) {
   const std::size_t frames = times[0].size();
   Middle middle{std::vector<double>(frames), std::vector<double>(frames), 0.0};
   std::vector<double> own(frames);
@@ -98,7 +98,7 @@ Middle middleOf(const RoundTimes& times, const RoundTimes& base) {
   for (std::size_t f = 0; f < frames; ++f) {
     std::vector<double> ratios;
     std::vector<double> means;
-    for (std::size_t r = 0; r < times.size(); ++r) {
+    for (std::size_t r = 0; r < rounds; ++r) {
       ratios.push_back(logRatio(times[r][f], base[r][f]));
       means.push_back(0.5 * (std::log(times[r][f]) + std::log(base[r][f])));
     }
@@ -117,10 +117,10 @@ Middle middleOf(const RoundTimes& times, const RoundTimes& base) {
 }  // namespace
 
 Ratio pairedRatio(const RoundTimes& times, const RoundTimes& base) {
-  assert(times.size() == base.size() && !times.empty() && times[0].size() == base[0].size());
-  const std::size_t rounds = times.size();
+  const std::size_t rounds = std::min(times.size(), base.size());
+  assert(rounds > 0 && times[0].size() == base[0].size());
   const std::size_t frames = times[0].size();
-  const Middle middle = middleOf(times, base);
+  const Middle middle = middleOf(times, base, rounds);
   std::vector<double> sizes;
   for (std::size_t r = 0; r < rounds; ++r)
     for (std::size_t f = 0; f < frames; ++f)
