@@ -147,8 +147,7 @@ std::string methodsPage(const std::vector<methods::MethodEntry>& registry) {
   config::SharedLines steps;
   config::SharedLines counters;
   for (const methods::MethodEntry& entry : registry) {
-    for (const methods::StepInfo& step : entry.steps)
-      steps.add(entry.id, stepLine(step));
+    for (const methods::StepInfo& step : entry.steps) steps.add(entry.id, stepLine(step));
     for (const methods::CounterInfo& counter : entry.counters)
       counters.add(entry.id, counterLine(counter));
   }

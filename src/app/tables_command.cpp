@@ -150,7 +150,7 @@ void measureRun(const PreparedRun& run, bool textOnly, int amortize, study::Suit
   bench.clear();
 }
 
-/// Says after each run how long those that are left will take, if they take as long as those before.
+/// Says after each run how long the others will take at the same pace.
 void measureRuns(const std::vector<PreparedRun>& runs, const TablesOptions& options,
                  study::SuiteData& data) {
   const std::int64_t start = nowNs();

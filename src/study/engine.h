@@ -114,8 +114,8 @@ struct Measurement {
 };
 
 /// How many times as many rounds make the ratio of each setting to the first one clear, for times
-/// of this kind: an interval's width falls with the root of the rounds. An interval may be wider the
-/// farther its ratio is from 1. 0: of the first one, and of settings that failed.
+/// of this kind: an interval's width falls with the root of the rounds. An interval may be wider
+/// the farther its ratio is from 1. 0: of the first one, and of settings that failed.
 std::vector<double> growthOf(const Measurement& measurement, const TimeKind& kind);
 
 /// Renders `frames` with all runners. Each runner has one turn per frame. The seed determines the

@@ -290,8 +290,8 @@ TEST(Engine, RoundsGoOnUntilTheyAreEnough) {
   EXPECT_EQ(rounds(0.0, 40), 8u);
 }
 
-/// Settings that are clear leave, the first one stays. Where rounds end by the interval's width,
-/// intervals hold the truth as often as else.
+/// Clear settings leave, the first one stays. Rounds that end by the interval's width leave 95 % of
+/// the intervals around the truth.
 TEST(Engine, ClearSettingsLeaveAndIntervalsStayHonest) {
   const std::vector<double> truths{1.0, 1.02, 1.15, 1.4, 3.0};
   std::vector<Trials> trials(truths.size());
