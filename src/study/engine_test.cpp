@@ -318,7 +318,7 @@ TEST(Engine, ClearSettingsLeaveAndIntervalsStayHonest) {
   for (std::size_t i = 1; i < truths.size(); ++i)
     EXPECT_GE(trials[i].holding, kTrials * 19 / 20) << truths[i] << ": " << rounds[i] << " rounds";
   EXPECT_LE(trials[1].wrong, kTrials / 100);
-  EXPECT_GE(rounds[1], 20.0);
+  EXPECT_GE(rounds[1], 16.0);
   EXPECT_LE(rounds[3], 0.7 * rounds[1]);
 }
 
