@@ -87,22 +87,32 @@ TEST(Colours, DielectricTexelsOfAMixedMaterialAreNotTinted) {
   }
 }
 
-/// A plane of glTF's dielectric with an ior of 1.5.
-scene::Scene dielectricPlane(const Vec3& albedo, float roughness) {
+scene::Material dielectric(const Vec3& albedo, float roughness) {
   scene::Material m;
   m.baseColor = albedo;
   m.roughnessFactor = roughness;
   m.lobe = scene::LobeModel::Ggx;
-  SceneBuilder builder = furnacePlane(m, scene::makePlane({4.0f, 4.0f}, {1, 1}, {}));
-  scene::letDielectricsReflect(builder.scene());
-  scene::finishScene(builder.scene());
-  return builder.scene();
+  return m;
+}
+
+/// A plane of glTF's material whose metallic factor is multiplied by `texel` / 255.
+scene::Scene largePlane(scene::Material m, std::uint8_t texel = 255) {
+  scene::setMetallicTint(m);
+  SceneBuilder builder =
+      furnacePlane(m, scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Unit));
+  scene::Scene& scene = builder.scene();
+  if (texel < 255)
+    scene.materials[0].metallicRoughnessTexture.texture =
+        addTexture(scene, 1, {{0, 255, texel, 255}});
+  scene::letDielectricsReflect(scene);
+  scene::finishScene(scene);
+  return scene;
 }
 
 /// A pixel of that plane.
 struct SideView {
   double cosine;  ///< of the view to the plane's normal
-  float radiance;
+  Vec3 radiance;
 };
 
 /// That plane from the side, by every method.
@@ -117,7 +127,7 @@ void fromTheSide(const scene::Scene& scene,
       for (int x = 0; x < kSize; ++x) {
         if (frame.pixels[4 * static_cast<std::size_t>(y * kSize + x) + 3] < 1.0f) continue;
         const Vec3 ray = rayFromPixel * Vec3(Vec2(x, y) + 0.5f, 1.0f);
-        seen.push_back({-glm::normalize(ray).z, frame.at(x, y).x});
+        seen.push_back({-glm::normalize(ray).z, frame.at(x, y)});
       }
     EXPECT_GT(seen.size(), 1000u);
     check(seen);
@@ -125,16 +135,16 @@ void fromTheSide(const scene::Scene& scene,
 }
 
 TEST(Colours, PolishedDielectricReflectsByFresnelsEquations) {
-  fromTheSide(dielectricPlane(Vec3(0.0f), 0.0f), [](const std::vector<SideView>& seen) {
+  fromTheSide(largePlane(dielectric(Vec3(0.0f), 0.0f)), [](const std::vector<SideView>& seen) {
     double offSchlick = 0.0;
     double offFresnel = 0.0;
     for (const auto& [cosine, radiance] : seen) {
       const double schlick = 0.04 + 0.96 * std::pow(1.0 - cosine, 5.0);
-      offSchlick = std::max(offSchlick, std::abs(radiance - schlick));
+      offSchlick = std::max(offSchlick, std::abs(radiance.x - schlick));
       const double inside = std::sqrt(1.0 - (1.0 - cosine * cosine) / (1.5 * 1.5));
       const double s = (cosine - 1.5 * inside) / (cosine + 1.5 * inside);
       const double p = (1.5 * cosine - inside) / (1.5 * cosine + inside);
-      offFresnel = std::max(offFresnel, std::abs(radiance - 0.5 * (s * s + p * p)));
+      offFresnel = std::max(offFresnel, std::abs(radiance.x - 0.5 * (s * s + p * p)));
     }
     EXPECT_LT(offSchlick, 1e-3);
     EXPECT_LT(offFresnel, 0.026);  // the error of Schlick's formula, without polarization
@@ -143,13 +153,63 @@ TEST(Colours, PolishedDielectricReflectsByFresnelsEquations) {
   });
 }
 
+/// What glTF's extensions say of a polished surface in surroundings of radiance 1.
+struct Layers {
+  float ior;
+  float factor;  ///< specularFactor, or clearcoatFactor
+  Vec3 color;    ///< specularColorFactor
+  float metallic = 0.0f;
+  std::uint8_t texel = 255;
+
+  Vec3 radiance(const Vec3& albedo, float cosine) const {
+    const float p = std::pow(1.0f - cosine, 5.0f);
+    const float r = (ior - 1.0f) / (ior + 1.0f);
+    const Vec3 f0 = glm::min(r * r * color, Vec3(1.0f));
+    const Vec3 f = f0 + (1.0f - f0) * p;
+    const Vec3 layered = (1.0f - factor * std::max({f.x, f.y, f.z})) * albedo + factor * f;
+    const Vec3 metal = albedo + (1.0f - albedo) * p;
+    return glm::mix(layered, metal, metallic * static_cast<float>(texel) / 255.0f);
+  }
+};
+
+TEST(Colours, IorAndSpecularFactorsScaleTheReflectionUpToTheRim) {
+  const Vec3 white(1.0f);
+  for (const Layers& layers :
+       std::vector<Layers>{{1.9f, 1.0f, white},
+                           {1.5f, 0.6f, white},                      // the rim, too: a thin coat
+                           {1.8f, 0.7f, {1.0f, 0.5f, 0.2f}},         // coloured
+                           {2.5f, 0.8f, {9.0f, 1.0f, 0.2f}},         // F0 is at most 1
+                           {0.0f, 0.9f, {0.6f, 0.3f, 0.1f}},         // ior 0: F0 is the colour
+                           {1.5f, 0.4f, {1.0f, 0.6f, 0.2f}, 0.35f},  // partly metallic
+                           {1.5f, 0.4f, {1.0f, 0.6f, 0.2f}, 0.7f, 100}}) {  // by a texture
+    const Vec3 albedo(0.7f, 0.2f, 0.4f);
+    scene::Material m = dielectric(albedo, 0.0f);
+    m.metallicFactor = layers.metallic;
+    m.dielectricF90 = layers.factor;
+    m.dielectricF0 = scene::dielectricF0(layers.ior, layers.factor, layers.color);
+    SCOPED_TRACE(layers.ior);
+    fromTheSide(largePlane(m, layers.texel), [&](const std::vector<SideView>& seen) {
+      float off = 0.0f;
+      for (const auto& [cosine, radiance] : seen) {
+        const Vec3 difference =
+            glm::abs(radiance - layers.radiance(albedo, static_cast<float>(cosine)));
+        off = std::max({off, difference.x, difference.y, difference.z});
+      }
+      EXPECT_LT(off, 1e-3f);
+    });
+  }
+}
+
 TEST(Colours, DielectricsGainNoLight) {
   for (const float roughness : {0.0f, 0.2f, 0.35f, 1.0f}) {
     SCOPED_TRACE(roughness);
-    fromTheSide(dielectricPlane(Vec3(1.0f), roughness), [&](const std::vector<SideView>& seen) {
-      EXPECT_LE(std::ranges::max(seen, {}, &SideView::radiance).radiance, 1.0f + 1e-3f);
+    const scene::Scene white = largePlane(dielectric(Vec3(1.0f), roughness));
+    fromTheSide(white, [&](const std::vector<SideView>& seen) {
       double sum = 0.0;
-      for (const SideView& pixel : seen) sum += pixel.radiance;
+      for (const SideView& pixel : seen) {
+        EXPECT_LE(pixel.radiance.x, 1.0f + 1e-3f);
+        sum += pixel.radiance.x;
+      }
       // A white one loses what scatters twice between the bumps of its surface
       EXPECT_GE(sum / static_cast<double>(seen.size()), roughness > 0.35f ? 0.9 : 0.99);
     });

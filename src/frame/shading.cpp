@@ -333,7 +333,7 @@ Vec3 reflectionTint(const scene::Material& material, float metallic, const Vec3&
   if (!material.metallicRoughnessTexture.used())
     return material.reflectionTint + material.albedoTint * albedo;
   const scene::TintShares shares = scene::tintShares(metallic, material.dielectricF0);
-  return Vec3(shares.plain) + shares.metal * albedo;
+  return shares.plain + shares.metal * albedo;
 }
 
 Vec4 sampleTexture(const scene::Texture& texture, Vec2 uv, float lod) {

@@ -31,6 +31,8 @@
 //   Tint: the reflection adds s * tint * radiance; tint = reflectionTint + albedoTint * albedo.
 //         With a metallic-roughness texture and albedoTint > 0, scene::tintShares() of the texel
 //         gives the tint: s * tint is glTF's F0, mix(dielectricF0, albedo, metallic).
+//   F90: scene::rimLevel(metallic, dielectricF90). A GGX lobe reflects mix(s * tint, F90, p), and
+//         the diffuse radiance has the weight mix(1 - s, 1 - F90, p), p = scene::meanSchlick().
 //   Highlights (Lighting::highlights, s > 0, lobe not a mirror): sum_i E_i(x, l) p(l), multiplied
 //         by s * tint like the reflection. l points to the light, E_i(x, l) is the irradiance
 //         perpendicular to l. p is the density of trace::lobeDirection()'s rays about r, the
@@ -138,6 +140,7 @@ struct SurfacePoint {
   float specularLevel = 0.0f;  ///< s
   scene::Lobe lobe;
   Vec3 tint{1.0f};       ///< tint of the reflection; trace::reflectionWeights() applies it
+  float f90 = 1.0f;      ///< what a GGX lobe reflects at the rim
   Vec3 highlight{0.0f};  ///< radiance of the lights' highlights
   int object = 0;        ///< id of the object
   bool bent = false;     ///< aboveSurface() has changed the normal

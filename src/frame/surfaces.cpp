@@ -345,7 +345,7 @@ Vec4 scatteredTexel(const scene::Texture& texture, const Vec2& uv, float lod, co
   return sampleTexture(texture, uv + offset, std::max(level - kFinerLevels, 0.0f));
 }
 
-/// s, the lobe and the tint. `texel`: of the metallic-roughness texture.
+/// s, the lobe, the tint and F90. `texel`: of the metallic-roughness texture.
 void setReflection(const scene::Material& material, const Vec4& texel, const Vec3& albedo,
                    SurfacePoint& point) {
   point.specularLevel = material.specularLevel;
@@ -360,6 +360,7 @@ void setReflection(const scene::Material& material, const Vec4& texel, const Vec
   }
   point.lobe = scene::Lobe::of(material.lobe, roughness);
   point.tint = reflectionTint(material, metallic, albedo);
+  point.f90 = scene::rimLevel(metallic, material.dielectricF90);
 }
 
 /// A point with all that a reflection there needs.

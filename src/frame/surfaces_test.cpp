@@ -183,6 +183,7 @@ TEST_P(Levels, GiveTheBitsOfTheFormula) {
       ASSERT_TRUE(sameBits(alone.diffuse, expected));
       ASSERT_TRUE(sameBits(alone.normal, surfaces[i].normal));
       ASSERT_TRUE(sameBits(alone.tint, surfaces[i].tint));
+      ASSERT_EQ(alone.f90, surfaces[i].f90);
       ASSERT_EQ(alone.specularLevel, surfaces[i].specularLevel);
       ASSERT_EQ(alone.lobe.code, surfaces[i].lobe.code);
     }

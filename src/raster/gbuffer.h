@@ -54,7 +54,7 @@ struct GBuffer {
   /// RGBA32F: world-space normal of the reflection, turned to the viewer; lobe (see lobeOf())
   gl::Texture normal;
   gl::Texture object;  ///< R32UI: object id, 0 background
-  /// RGBA32F: factor of the reflection besides s; empty if each object has a single tint
+  /// RGBA32F: factor of the reflection besides s, and F90; empty if each object has a single tint
   gl::Texture tint;
   gl::Texture highlight;  ///< RGBA32F: lights' highlights; empty if there are none
   /// R32UI: the triangle's normal, turned to the viewer, if it bounds the rays of the lobe,

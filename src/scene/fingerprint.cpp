@@ -70,13 +70,15 @@ void addMaterial(Contents& all, const Material& m) {
   all.vec(m.emissive);
   all.vec(m.reflectionTint);
   if (m.tintVaries()) all.value(m.albedoTint);
+  if (m.dielectricF0 != Vec3(m.dielectricF0.x)) all.vec(m.dielectricF0);
+  if (m.dielectricF90 != 1.0f) all.value(m.dielectricF90);
   for (const TextureSlot* slot :
        {&m.baseColorTexture, &m.emissiveTexture, &m.normalTexture, &m.metallicRoughnessTexture}) {
     all.slot(*slot);
   }
   for (const float x :
        {m.normalScale, m.specularLevel, m.roughness, m.metallicFactor, m.roughnessFactor,
-        m.dielectricF0, m.alphaCutoff, m.baseAlpha, m.refraction}) {
+        m.dielectricF0.x, m.alphaCutoff, m.baseAlpha, m.refraction}) {
     all.value(x);
   }
   all.value(m.lobe);

@@ -94,11 +94,11 @@ TEST_F(SceneFingerprint, HasTheWholeOfAMesh) {
 TEST_F(SceneFingerprint, HasTheWholeOfAMaterial) {
   auto& [name, baseColor, baseColorTexture, emissive, emissiveTexture, normalTexture, normalScale,
          specularLevel, roughness, lobe, metallicRoughnessTexture, metallicFactor, roughnessFactor,
-         dielectricF0, reflectionTint, albedoTint, refraction, alphaMode, alphaCutoff, baseAlpha,
-         unlit] = scene_.materials[0];
+         dielectricF0, dielectricF90, reflectionTint, albedoTint, refraction, alphaMode,
+         alphaCutoff, baseAlpha, unlit] = scene_.materials[0];
   expectAllCount(print_, baseColor, emissive, normalScale, specularLevel, roughness, lobe,
-                 metallicFactor, roughnessFactor, dielectricF0, reflectionTint, albedoTint,
-                 refraction, alphaMode, alphaCutoff, baseAlpha, unlit);
+                 metallicFactor, roughnessFactor, dielectricF0, dielectricF90, reflectionTint,
+                 albedoTint, refraction, alphaMode, alphaCutoff, baseAlpha, unlit);
   for (TextureSlot* slot :
        {&baseColorTexture, &emissiveTexture, &normalTexture, &metallicRoughnessTexture}) {
     auto& [texture, uvSet, transform] = *slot;

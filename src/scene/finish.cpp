@@ -50,10 +50,13 @@ std::vector<char> vertexColoured(const Scene& scene) {
 /// A tint that is the same everywhere becomes one colour.
 void finishTint(Material& m, bool vertexColours) {
   if (m.specularLevel > 0.0f && (m.baseColorTexture.used() || vertexColours)) return;
-  if (m.specularLevel > 0.0f && m.metallicRoughnessTexture.used() && m.baseColor != Vec3(1.0f))
+  const bool grey = m.dielectricF0 == Vec3(m.dielectricF0.x);
+  const bool white = m.baseColor == Vec3(1.0f) && grey;
+  if (m.specularLevel > 0.0f && m.metallicRoughnessTexture.used() &&
+      !(white && m.dielectricF90 == 1.0f))
     return;
-  const bool white = m.baseColor == Vec3(1.0f) && m.albedoTint > 0.0f;
-  m.reflectionTint = white ? Vec3(1.0f) : m.reflectionTint + m.albedoTint * m.baseColor;
+  m.reflectionTint =
+      white && m.albedoTint > 0.0f ? Vec3(1.0f) : m.reflectionTint + m.albedoTint * m.baseColor;
   m.albedoTint = 0.0f;
 }
 
@@ -262,7 +265,7 @@ void addNote(Scene& scene, const std::string& note) {
 
 void setMetallicTint(Material& material) {
   const TintShares shares = tintShares(material.metallicFactor, material.dielectricF0);
-  material.reflectionTint = Vec3(shares.plain);
+  material.reflectionTint = shares.plain;
   material.albedoTint = shares.metal;
 }
 
@@ -275,7 +278,8 @@ void setReflectance(Material& material, float s, float g) {
   // With F0 = 0 the mapping gives s back without rounding.
   material.metallicFactor = s;
   material.roughnessFactor = g;
-  material.dielectricF0 = 0.0f;
+  material.dielectricF0 = Vec3(0.0f);
+  material.dielectricF90 = 1.0f;
   material.metallicRoughnessTexture = {};
   material.specularLevel = 0.0f;
   material.roughness = 0.0f;

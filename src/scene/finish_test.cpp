@@ -263,7 +263,7 @@ TEST(Finish, DielectricsReflectWhereTheyAreLet) {
   paper.lobe = LobeModel::Phong;  // of a description's material without glTF's terms
   EXPECT_EQ(reflects(paper, true), 0.0f);
   Material air = plastic;
-  air.dielectricF0 = 0.0f;
+  air.dielectricF0 = Vec3(0.0f);
   EXPECT_EQ(reflects(air, true), 0.0f);
   Material unlit = plastic;
   unlit.unlit = true;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/math.h"
+
 namespace catoptric::scene {
 
 /// Surfaces with a smaller s count as diffuse (s = 0), except after letDielectricsReflect(): glTF's
@@ -16,29 +18,33 @@ inline constexpr float kReflectiveThreshold = 0.05f;
 /// choice.
 inline constexpr float kMirrorPhongRoughness = 0.05f;
 
-/// s = metallic + (1 - metallic) F0, where F0 belongs to the dielectric part.
-inline float specularLevel(float metallic, float dielectricF0) {
-  return metallic + (1.0f - metallic) * dielectricF0;
+/// s = metallic + (1 - metallic) F0, where F0 is the largest channel of the dielectric part's.
+inline float specularLevel(float metallic, const Vec3& dielectricF0) {
+  return metallic + (1.0f - metallic) * std::max({dielectricF0.x, dielectricF0.y, dielectricF0.z});
 }
 
 /// The tint of a metallic-roughness material is plain + albedo * metal. Multiplied by s it is
 /// glTF's colour at normal incidence, F0 = (1 - metallic) dielectricF0 + metallic albedo. The tint
-/// is exactly 1 for dielectrics and the albedo for metals.
+/// is exactly 1 for dielectrics without a colour and the albedo for metals.
 struct TintShares {
-  float plain = 1.0f;
+  Vec3 plain{1.0f};
   float metal = 0.0f;
 };
-inline TintShares tintShares(float metallic, float dielectricF0) {
-  const float plain = (1.0f - metallic) * dielectricF0;
-  const float s = metallic + plain;
+inline TintShares tintShares(float metallic, const Vec3& dielectricF0) {
+  const float s = specularLevel(metallic, dielectricF0);
   if (!(s > 0.0f)) return {};
-  return {plain / s, metallic / s};
+  return {(1.0f - metallic) * dielectricF0 / s, metallic / s};
 }
 
-/// F0 = ((ior - 1) / (ior + 1))^2 * specular factor.
-inline float dielectricF0(float ior, float specularFactor) {
+/// glTF's F90, what Schlick's term reaches at the rim: mix(dielectricF90, 1, metallic).
+inline float rimLevel(float metallic, float dielectricF90) {
+  return 1.0f - (1.0f - metallic) * (1.0f - dielectricF90);
+}
+
+/// F0 of KHR_materials_ior and KHR_materials_specular: `factor` also is its F90.
+inline Vec3 dielectricF0(float ior, float factor, const Vec3& color = Vec3(1.0f)) {
   const float r = (ior - 1.0f) / (ior + 1.0f);
-  return std::min(1.0f, r * r * specularFactor);
+  return factor * glm::min(r * r * color, Vec3(1.0f));
 }
 
 /// Converts g to the papers' Phong exponent about the mirrored ray: n = 2 / g^4 - 2. g = 1 gives n

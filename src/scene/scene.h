@@ -71,9 +71,10 @@ struct Material {
   TextureSlot metallicRoughnessTexture;
   float metallicFactor = 0.0f;
   float roughnessFactor = 1.0f;
-  float dielectricF0 = 0.04f;  ///< F0 of the non-metallic part, from ior and specular factor
+  Vec3 dielectricF0{0.04f};    ///< F0 of the non-metallic part, from ior and specular factors
+  float dielectricF90 = 1.0f;  ///< GGX: F90 of that part, scene::rimLevel()
   /// The reflection is multiplied by reflectionTint + albedoTint * albedo (frame/shading.h).
-  /// finishScene() leaves albedoTint above 0 only where this tint varies over the surface.
+  /// finishScene() leaves albedoTint above 0 only where this tint or F90 varies over the surface.
   Vec3 reflectionTint{1.0f};
   float albedoTint = 0.0f;
   /// Index of refraction of the solid that the surface bounds. If above 0, s is the weight of the

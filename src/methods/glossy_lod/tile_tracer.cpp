@@ -277,7 +277,7 @@ void TileTracer::traceOnward(const Traced& scene, TraceCounts& counts) {
     const Onward& onward = onward_[i];
     const frame::SurfacePoint& surface = onward.surface;
     const trace::ReflectionWeights weights =
-        trace::reflectionWeights(surface.specularLevel, surface.tint, surface.lobe,
+        trace::reflectionWeights(surface.specularLevel, surface.tint, surface.f90, surface.lobe,
                                  onward.direction, surface.normal, scene.fresnelSchlick);
     *onward.value =
         weights.diffuse * *onward.value + weights.reflection * (reflected_[i] + surface.highlight);

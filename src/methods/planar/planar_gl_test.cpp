@@ -36,7 +36,10 @@ scene::Scene corner(bool ggx = false) {
   builder.scene().environment.ground = Vec3(0.3f, 0.2f, 0.1f);
   const auto plane = [] { return scene::makePlane({3.0f, 3.0f}, {1, 1}, scene::UvMode::Unit); };
   int mirror = builder.reflective(0.8f, 0.0f, Vec3(0.5f), Vec3(0.9f, 0.7f, 0.5f));
-  if (ggx) builder.scene().materials.back().lobe = scene::LobeModel::Ggx;
+  if (ggx) {
+    builder.scene().materials.back().lobe = scene::LobeModel::Ggx;
+    builder.scene().materials.back().dielectricF90 = 0.3f;
+  }
 
   builder.add(plane(), mirror);
   builder.add(plane(), mirror, translation({0.0f, 1.0f, -1.2f}) * rotation(90.0f, {1, 0, 0}));

@@ -107,6 +107,7 @@ struct Sample {
   Vec3 normal{0.0f};
   float specularLevel = 0.0f;
   Vec3 tint{1.0f};
+  float f90 = 1.0f;
   Vec3 highlight{0.0f};
   float z = 0.0f;  ///< along the camera's -z; 0: nothing
   int object = 0;  ///< id
@@ -464,6 +465,7 @@ class Reference : public Method {
     sample.normal = surface.normal;
     sample.specularLevel = surface.specularLevel;
     sample.tint = surface.tint;
+    sample.f90 = surface.f90;
     sample.highlight = surface.highlight;
     sample.z = hit.distance * glm::dot(direction, forward);
     sample.object = surface.object;
@@ -487,8 +489,8 @@ class Reference : public Method {
     for (std::size_t k = 0; k < tile.points.size(); ++k) {
       Sample& sample = tile.samples[tile.sampleOfPoint[k]];
       const trace::ReflectionWeights weights = trace::reflectionWeights(
-          sample.specularLevel, sample.tint, tile.points[k].lobe, tile.points[k].direction,
-          sample.normal, settings_.fresnelSchlick);
+          sample.specularLevel, sample.tint, sample.f90, tile.points[k].lobe,
+          tile.points[k].direction, sample.normal, settings_.fresnelSchlick);
       sample.reflection = tile.radiance[k];
       sample.color = weights.diffuse * sample.diffuse +
                      weights.reflection * (sample.reflection + sample.highlight);

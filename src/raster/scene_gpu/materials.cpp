@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "frame/shading.h"
 #include "gl/context.h"
+#include "scene/reflectance.h"
 
 namespace catoptric::raster {
 namespace {
@@ -22,6 +23,7 @@ struct MaterialBlock {
   Vec4 baseColor{1.0f};
   Vec4 emissive{0.0f};
   Vec4 specular{0.0f};
+  Vec4 dielectric{0.0f};
   Vec4 more{0.0f};
   Vec4 tint{1.0f, 1.0f, 1.0f, 0.0f};
   SlotBlock base;
@@ -264,7 +266,8 @@ Materials::Materials(const scene::Scene& scene) {
     block.baseColor = Vec4(m.baseColor, m.baseAlpha);
     block.emissive = Vec4(m.emissive, m.alphaCutoff);
     block.specular = Vec4(m.specularLevel, m.roughness, m.metallicFactor, m.roughnessFactor);
-    block.more = Vec4(m.dielectricF0, m.normalScale, scene::Lobe::of(m.lobe, 0.0f).code, 0.0f);
+    block.dielectric = Vec4(m.dielectricF0, m.dielectricF90);
+    block.more = Vec4(m.normalScale, scene::Lobe::of(m.lobe, 0.0f).code, 0.0f, 0.0f);
     block.tint = Vec4(m.reflectionTint, m.albedoTint);
     block.base = slotBlock(scene, m.baseColorTexture);
     block.emissiveSlot = slotBlock(scene, m.emissiveTexture);
@@ -285,14 +288,15 @@ Materials::Materials(const scene::Scene& scene) {
 
   gbuffer_ = withTexturesFor(scene, classes_, {});
   ggx_ = scene.hasGgxLobes();
-  // Tints by object id
+  // Tints and F90 by object id
   std::vector<Vec4> tints{Vec4(1.0f)};
   for (const scene::Object& object : scene.objects) {
     const scene::Material& material = scene.materials[object.material];
-    tints.emplace_back(material.reflectionTint, 1.0f);
+    tints.emplace_back(material.reflectionTint,
+                       scene::rimLevel(material.metallicFactor, material.dielectricF90));
     if (classes_[object.material] == SampleClass::Diffuse) continue;
     reflective_ = true;
-    tinted_ = tinted_ || material.reflectionTint != Vec3(1.0f);
+    tinted_ = tinted_ || tints.back() != Vec4(1.0f);
   }
   tintBuffer_ = gl::Buffer("reflection tints", std::span<const Vec4>(tints));
   tints_ = gl::Texture::makeBuffer("reflection tints", GL_RGBA32F, tintBuffer_);

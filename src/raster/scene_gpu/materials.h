@@ -79,9 +79,11 @@ class Materials {
 
   /// Binds the block and the textures of a material, at the units that surface.glsl names.
   void bind(int material) const;
-  /// Reflection tints, indexed by object id (0: background), as an RGBA32F texel buffer.
+  /// Reflection tints, and F90 in a, indexed by object id (0: background): an RGBA32F texel buffer.
   const gl::Texture& tints() const { return tints_; }
-  bool tinted() const { return tinted_; }  ///< whether a reflective object has a tint other than 1
+  bool tinted() const {
+    return tinted_;
+  }  ///< whether a reflective object has a tint or F90 other than 1
   /// Which optional textures of the G-buffer the scene needs: see withTexturesFor().
   bool tintVaries() const { return gbuffer_.tints; }
   bool highlights() const { return gbuffer_.highlights; }

@@ -2,7 +2,7 @@
 // not background.
 //   SAMPLES   per axis
 //   REFLECTIVE 0 when nothing of the scene reflects: the mean of the diffuse radiance
-//   TINTED    0 when all reflective materials have tint 1; 1: each object has one; 2: each sample
+//   TINTED    0 when all reflective materials have tint and F90 1; 1: each object has its own; 2: each sample
 //   HIGHLIGHTS 1: there are highlights of lights
 //   FRESNEL   1: s + (1 - s)(1 - cos)^5 [Schlick1994] where s > 0; not of GGX lobes
 //   GGX       1: some lobes are GGX', with Schlick's term (trace::reflectionWeights)
@@ -41,12 +41,18 @@ void main() {
       reflected += imageLoad(highlightSamples, at).rgb;
 #endif
 #if GGX
-      vec3 arrived = reflected;
+      vec3 atRim = reflected;
 #endif
 #if TINTED == 1
-      reflected *= texelFetch(tints, int(imageLoad(objectSamples, at).r)).rgb;
+      vec4 tint = texelFetch(tints, int(imageLoad(objectSamples, at).r));
 #elif TINTED == 2
-      reflected *= imageLoad(tintSamples, at).rgb;
+      vec4 tint = imageLoad(tintSamples, at);
+#endif
+#if TINTED
+      reflected *= tint.rgb;
+#if GGX
+      atRim = tint.a * atRim + (1.0 - tint.a) * diffuse.rgb;
+#endif
 #endif
       float s = diffuse.a;
 #if FRESNEL || GGX
@@ -66,7 +72,7 @@ void main() {
       vec3 color = s > 0.0 ? (1.0 - s) * diffuse.rgb + s * reflected : diffuse.rgb;
 #if GGX
       float p = meanSchlick(lobeOf(normalAndLobe.a) - 2.0, -dot(d, normalAndLobe.xyz));
-      color = ggx && s > 0.0 ? (1.0 - p) * color + p * arrived : color;
+      color = ggx && s > 0.0 ? (1.0 - p) * color + p * atRim : color;
 #endif
 #else
       vec3 color = diffuse.rgb;

@@ -12,7 +12,7 @@ layout(location = 0) out vec4 outDiffuse;
 layout(location = 1) out vec4 outNormal;
 layout(location = 2) out uint outObject;
 #if TINT_OUTPUT
-layout(location = 3) out vec4 outTint;  // of the reflection
+layout(location = 3) out vec4 outTint;  // of the reflection, and F90
 #endif
 #if HIGHLIGHT_OUTPUT
 #include "highlights.glsl"
@@ -111,6 +111,6 @@ void main() {
   outLobeHorizon = BEND == 1 && lobe ? packedLobeHorizon(horizon) : 0u;
 #endif
 #if TINT_OUTPUT
-  outTint = vec4(surface.tint, 1.0);
+  outTint = surface.tint;
 #endif
 }

@@ -92,8 +92,8 @@ vec3 lightIrradiance(vec3 x, vec3 n) {
 }
 
 // s of a metallic-roughness texel. lobe: of roughness 0 (lobe.glsl).
-float specularLevel(float metallic, float dielectricF0, float lobe) {
-  float s = metallic + (1.0 - metallic) * dielectricF0;
+float specularLevel(float metallic, vec3 dielectricF0, float lobe) {
+  float s = metallic + (1.0 - metallic) * max(max(dielectricF0.x, dielectricF0.y), dielectricF0.z);
   return lobe < 2.0 && s < kReflectiveThreshold ? 0.0 : s;
 }
 

@@ -15,7 +15,8 @@ layout(std140, binding = kMaterialBlock) uniform Material {
   vec4 baseColor;      // rgb; a
   vec4 emissive;       // rgb radiance; w alpha cutoff
   vec4 specular;       // s, g, metallic factor, roughness factor
-  vec4 more;           // F0 of the dielectric part, scale of the normal map, lobe of roughness 0
+  vec4 dielectric;     // F0 and F90 of the dielectric part
+  vec4 more;           // scale of the normal map, lobe of roughness 0
   vec4 tint;           // of the reflection: rgb + a * albedo
   Slot baseSlot;
   Slot emissiveSlot;
@@ -100,7 +101,7 @@ vec3 mappedNormal(vec3 normal, float level, vec2 offset) {
   vec3 bitangent = cross(normal, tangent) * vertexTangent.w;
   vec2 place = slotUv(material.normalSlot, UV_OF(NORMAL_UV)) + offset / vec2(textureSize(normalTexture, 0));
   vec3 m = 2.0 * textureLod(normalTexture, place, level).xyz - 1.0;
-  m.xy *= material.more.y;
+  m.xy *= material.more.x;
   vec3 bent = m.x * tangent + m.y * bitangent + m.z * normal;
   return bent * inversesqrt(max(dot(bent, bent), 1e-20));
 #else
@@ -159,22 +160,23 @@ vec3 specularAndGloss(float footprint2) {
   vec2 texel = textureLod(specularTexture, slotUv(material.specularSlot, UV_OF(SPECULAR_UV)),
                           slotLevel(material.specularSlot, footprint2)).bg;
   float metallic = material.specular.z * texel.x;
-  return vec3(specularLevel(metallic, material.more.x, material.more.z),
-              material.specular.w * texel.y + material.more.z, metallic);
+  return vec3(specularLevel(metallic, material.dielectric.rgb, material.more.y),
+              material.specular.w * texel.y + material.more.y, metallic);
 #else
-  return material.specular.xyz + vec3(0.0, material.more.z, 0.0);
+  return material.specular.xyz + vec3(0.0, material.more.y, 0.0);
 #endif
 }
 
-// What the reflection is multiplied with beside s.
-vec3 reflectionTint(float metallic, vec3 albedo) {
+// What the reflection is multiplied with beside s; a: F90.
+vec4 reflectionTint(float metallic, vec3 albedo) {
+  float f90 = 1.0 - (1.0 - metallic) * (1.0 - material.dielectric.a);
 #if SPECULAR_TEXTURE && TINT_OUTPUT
-  float plain = (1.0 - metallic) * material.more.x;
-  float s = metallic + plain;
-  vec3 byTexel = s > 0.0 ? vec3(plain / s) + metallic / s * albedo : vec3(1.0);
-  return material.tint.a > 0.0 ? byTexel : material.tint.rgb;
+  vec3 plain = (1.0 - metallic) * material.dielectric.rgb;
+  float s = metallic + max(max(plain.x, plain.y), plain.z);
+  vec3 byTexel = s > 0.0 ? plain / s + metallic / s * albedo : vec3(1.0);
+  return vec4(material.tint.a > 0.0 ? byTexel : material.tint.rgb, f90);
 #else
-  return material.tint.rgb + material.tint.a * albedo;
+  return vec4(material.tint.rgb + material.tint.a * albedo, f90);
 #endif
 }
 
@@ -183,7 +185,7 @@ struct Surface {
   vec3 normal;    // unit shading normal turned to the viewer; 0 where nobody needs it
   float s;
   float lobe;
-  vec3 tint;  // of the reflection; of use with TINT_OUTPUT alone
+  vec4 tint;  // of the reflection, and F90; of use with TINT_OUTPUT alone
   vec3 albedo;
 };
 

@@ -447,7 +447,7 @@ std::vector<std::string> reflectionNotes(const Plan& plan, const scene::Scene& s
       ++reflectors;
       strong += material.specularLevel >= scene::kReflectiveThreshold ? 1 : 0;
       fresnelMatters = fresnelMatters || (!ggx && material.specularLevel < 1.0f);
-    } else if (ggx && !material.unlit && material.dielectricF0 > 0.0f) {
+    } else if (ggx && !material.unlit && material.dielectricF0 != Vec3(0.0f)) {
       ++dielectrics;
     }
   }

@@ -226,7 +226,7 @@ void Composer::checkMark(const Value& object, std::size_t firstObject) {
   if (mark.kind() != Value::Kind::Bool || !mark.asBool()) return;
   for (std::size_t i = firstObject; i < scene_.objects.size(); ++i) {
     const Material& m = scene_.materials[static_cast<std::size_t>(scene_.objects[i].material)];
-    if (m.metallicFactor > 0.0f || m.dielectricF0 > 0.05f) return;
+    if (m.metallicFactor > 0.0f || specularLevel(0.0f, m.dielectricF0) > 0.05f) return;
   }
   mark.fail(
       "none of the object's materials reflects; give one of them \"s\" or write "

@@ -188,7 +188,8 @@ Material MaterialLibrary::read(const Value& value, Material m) {
     if (value.has("metallic")) m.metallicFactor = number("metallic");
     if (value.has("roughness")) m.roughnessFactor = number("roughness");
     if (value.has("ior") || value.has("specular")) {
-      m.dielectricF0 = dielectricF0(number("ior"), number("specular"));
+      m.dielectricF90 = number("specular");
+      m.dielectricF0 = dielectricF0(number("ior"), m.dielectricF90);
     }
     if (value.has("metallic_roughness_map")) {
       if (!value.has("metallic")) m.metallicFactor = 1.0f;

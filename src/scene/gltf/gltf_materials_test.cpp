@@ -30,13 +30,13 @@ TEST_F(Gltf, MetallicRoughnessAndExtensionsGiveSAndG) {
   m = materialOf(R"({"pbrMetallicRoughness":{"metallicFactor":0}})");
   EXPECT_EQ(m.specularLevel, 0.0f);
 
-  // ((2 - 1) / (2 + 1))^2 * mean(1, 0.5, 0)
+  // ((2 - 1) / (2 + 1))^2 * colour, times the factor, which is F90
   m = materialOf(
       R"({"pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":2},"KHR_materials_specular":{"specularFactor":0.99,"specularColorFactor":[1,0.5,0]}}})");
-  // The factor is in the tint, because it also scales what Schlick's term adds at the rim
-  EXPECT_NEAR(m.dielectricF0, 0.5f / 9.0f, 1e-6f);
-  EXPECT_NEAR(m.specularLevel, 0.5f / 9.0f, 1e-6f);
-  expectNear(m.reflectionTint, Vec3(0.99f));
+  expectNear(m.dielectricF0, Vec3(0.11f, 0.055f, 0.0f));
+  EXPECT_FLOAT_EQ(m.dielectricF90, 0.99f);
+  EXPECT_NEAR(m.specularLevel, 0.11f, 1e-6f);
+  expectNear(m.reflectionTint, Vec3(1.0f, 0.5f, 0.0f));
   m = materialOf(
       R"({"pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":9},"KHR_materials_specular":{"specularFactor":0}}})");
   EXPECT_EQ(m.specularLevel, 0.0f);
@@ -68,12 +68,19 @@ TEST_F(Gltf, LayersOfAMaterialBecomeOneLobe) {
   };
   const std::string paint = R"("metallicFactor":0,"roughnessFactor":0.6)";
   Material m = layered(paint, "clearcoat", R"("clearcoatFactor":1,"clearcoatRoughnessFactor":0.1)");
-  EXPECT_FLOAT_EQ(m.dielectricF0, 0.04f);
+  expectNear(m.dielectricF0, Vec3(0.04f));
   EXPECT_FLOAT_EQ(m.roughnessFactor, 0.1f);
   expectNear(m.baseColor, Vec3(1.0f));
   EXPECT_TRUE(hasNote(load(), "clear coat reflects in place of its base"));
   m = layered(paint + R"(,"baseColorFactor":[0.5,0,0,1])", "clearcoat", R"("clearcoatFactor":1)");
   expectNear(m.baseColor, Vec3(0.52f, 0.04f, 0.04f));
+  // Its share scales it at all angles; what the base reflects has a colour
+  m = layered(
+      paint, "specular",
+      R"("specularFactor":0.5,"specularColorFactor":[5,2,1]},"KHR_materials_clearcoat":{"clearcoatFactor":0.7)");
+  expectNear(m.dielectricF0, Vec3(0.028f));
+  EXPECT_FLOAT_EQ(m.dielectricF90, 0.7f);
+  expectNear(m.baseColor, Vec3(1.0f, 0.94f, 0.92f));
   m = layered(paint, "clearcoat", R"("clearcoatFactor":0.3)");
   EXPECT_FLOAT_EQ(m.roughnessFactor, 0.6f);
   EXPECT_TRUE(hasNote(load(), "clear coat is left out"));
@@ -124,7 +131,7 @@ TEST_F(Gltf, TexturesOfAClearCoatSayWhereAndHowRoughItIs) {
     const Material& m = scene.materials.at(0);
     std::vector<int> green;
     if (!m.metallicRoughnessTexture.used()) return green;
-    EXPECT_FLOAT_EQ(m.dielectricF0, 0.04f);
+    expectNear(m.dielectricF0, Vec3(0.04f));
     const MipLevel& level =
         scene.textures.at(static_cast<std::size_t>(m.metallicRoughnessTexture.texture)).levels[0];
     for (std::size_t i = 0; i < level.rgba.size(); i += 4)

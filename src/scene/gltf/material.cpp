@@ -176,17 +176,19 @@ class MaterialReader {
 
   /// A sample has one lobe and one normal. A coat's take the place of a dielectric's own, which is
   /// rougher: what that reflects is added to its diffuse part. A metal reflects more than its coat.
-  bool setClearCoat(const tinygltf::Value& coat, const std::string& place, std::size_t index,
+  /// KHR_materials_clearcoat weighs a coat as a dielectric of ior 1.5 with its share as factor.
+  void setClearCoat(const tinygltf::Value& coat, const std::string& place, std::size_t index,
                     Material& m) {
     const auto share = static_cast<float>(numberOr(coat, "clearcoatFactor", 0.0));
-    if (!(share > 0.0f)) return false;
+    if (!(share > 0.0f)) return;
     if (share < kLeastShare || m.metallicFactor > 0.0f) {
       note(place + ": the clear coat is left out, because a sample has one lobe: that of the " +
            (m.metallicFactor > 0.0f ? "metal" : "base, which the coat covers by less than half"));
-      return false;
+      return;
     }
-    m.baseColor = glm::mix(m.baseColor, Vec3(1.0f), m.dielectricF0);
-    m.dielectricF0 = dielectricF0(1.5f, 1.0f);
+    m.baseColor = (1.0f - specularLevel(0.0f, m.dielectricF0)) * m.baseColor + m.dielectricF0;
+    m.dielectricF0 = dielectricF0(1.5f, share);
+    m.dielectricF90 = share;
     const Roughness own{slot(coat, "clearcoatRoughnessTexture", place),
                         static_cast<float>(numberOr(coat, "clearcoatRoughnessFactor", 0.0))};
     const Roughness base{m.metallicRoughnessTexture, m.roughnessFactor};
@@ -200,13 +202,12 @@ class MaterialReader {
     m.normalTexture = slot(coat, "clearcoatNormalTexture", place);
     m.normalScale =
         static_cast<float>(numberOr(member(coat, "clearcoatNormalTexture"), "scale", 1.0));
-    note(place + ": the clear coat reflects in place of its base, with a share of 1" +
+    note(place + ": the clear coat reflects in place of its base" +
          (partial ? " where it covers at least half" : "") + "; the base is diffuse");
     if (cover.used() && !partial)
       note(place +
            ": clearcoatTexture is ignored, because the textures of roughness have other "
            "coordinates");
-    return true;
   }
 
   /// Whether both textures show a point at the same place, or the second one is missing.
@@ -333,23 +334,13 @@ class MaterialReader {
                    std::to_string(ior) + " is not allowed: 0, or 1 and more");
     }
     const tinygltf::Value& specular = extension(source.extensions, "KHR_materials_specular");
-    const Vec3 color = vec3Or(specular, "specularColorFactor", Vec3(1.0f));
-    const float weight = static_cast<float>(numberOr(specular, "specularFactor", 1.0));
-    // s is one number: of a coloured F0 the mean counts.
-    const float meanColor = (color.x + color.y + color.z) / 3.0f;
-    m.dielectricF0 = weight * (ior == 0.0 ? std::min(1.0f, meanColor)
-                                          : dielectricF0(static_cast<float>(ior), meanColor));
+    m.dielectricF90 = static_cast<float>(numberOr(specular, "specularFactor", 1.0));
+    m.dielectricF0 = dielectricF0(static_cast<float>(ior), m.dielectricF90,
+                                  vec3Or(specular, "specularColorFactor", Vec3(1.0f)));
     noteIgnored(specular, {"specularTexture", "specularColorTexture"}, place);
     setAnisotropy(extension(source.extensions, "KHR_materials_anisotropy"), place, m);
-    const bool coated =
-        setClearCoat(extension(source.extensions, "KHR_materials_clearcoat"), place, index, m);
+    setClearCoat(extension(source.extensions, "KHR_materials_clearcoat"), place, index, m);
     setMetallicTint(m);
-    // The factor scales the reflection at all angles. A metal's share is not scaled, so of a
-    // mixture only the part at normal incidence is.
-    if (!coated && m.metallicFactor == 0.0f && weight > 0.0f) {
-      m.dielectricF0 /= weight;
-      m.reflectionTint = Vec3(weight);
-    }
     setTransmission(extension(source.extensions, "KHR_materials_transmission"), place, m);
     m.unlit = source.extensions.count("KHR_materials_unlit") > 0;
 

@@ -378,7 +378,7 @@ void LobeTracer::fade(Level& level, const Block& block) const {
 float LobeTracer::shareOnward(const Level& level, std::size_t point, std::size_t ray) const {
   const frame::SurfacePoint& surface = level.surfaces[ray];
   const Vec3 weight =
-      reflectionWeights(surface.specularLevel, surface.tint, surface.lobe,
+      reflectionWeights(surface.specularLevel, surface.tint, surface.f90, surface.lobe,
                         level.rays.direction(ray), surface.normal, options_.fresnelSchlick)
           .reflection;
   const scene::Lobe lobe{level.points.lobe[point]};
@@ -426,7 +426,7 @@ void LobeTracer::continueReflective(std::size_t bounce, const Block& block, int 
     const std::size_t ray = here.onward[k];
     const frame::SurfacePoint& surface = here.surfaces[ray];
     const ReflectionWeights weights =
-        reflectionWeights(surface.specularLevel, surface.tint, surface.lobe,
+        reflectionWeights(surface.specularLevel, surface.tint, surface.f90, surface.lobe,
                           here.rays.direction(ray), surface.normal, options_.fresnelSchlick);
     const Vec3 arriving =
         surface.highlight == Vec3(0.0f) ? here.reflected[k] : here.reflected[k] + surface.highlight;

@@ -130,7 +130,7 @@ class World {
         const ReflectionPoint next =
             trace::nextPoint(*trace_, seen, k, ray.direction, hit, surface);
         const trace::ReflectionWeights weights =
-            trace::reflectionWeights(surface.specularLevel, surface.tint, surface.lobe,
+            trace::reflectionWeights(surface.specularLevel, surface.tint, surface.f90, surface.lobe,
                                      ray.direction, surface.normal, options.fresnelSchlick);
         value =
             weights.diffuse * value + weights.reflection * plainly(next, options, 1, bounces - 1);

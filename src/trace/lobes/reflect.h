@@ -193,19 +193,19 @@ float lobeSpread(scene::Lobe lobe, int count);
 
 /// The weights of a reflective surface's radiance: diffuse * diffuse radiance + reflection *
 /// radiance along the lobe. Phong: 1 - s and s tint, optionally with Schlick's term [Schlick1994];
-/// GGX: always with Schlick's term, as in glTF (scene::meanSchlick).
+/// GGX: always with Schlick's term, as in glTF (scene::meanSchlick), up to F90 at the rim.
 struct ReflectionWeights {
   float diffuse;
   Vec3 reflection;
 };
-inline ReflectionWeights reflectionWeights(float specularLevel, const Vec3& tint, scene::Lobe lobe,
-                                           const Vec3& direction, const Vec3& normal,
-                                           bool fresnelSchlick) {
+inline ReflectionWeights reflectionWeights(float specularLevel, const Vec3& tint, float f90,
+                                           scene::Lobe lobe, const Vec3& direction,
+                                           const Vec3& normal, bool fresnelSchlick) {
   float s = specularLevel;
   const float cosine = -glm::dot(direction, normal);
   if (lobe.ggx()) {
     const float p = s > 0.0f ? scene::meanSchlick(lobe.roughness(), cosine) : 0.0f;
-    return {(1.0f - s) * (1.0f - p), s * tint * (1.0f - p) + p};
+    return {(1.0f - s) * (1.0f - p) + (1.0f - f90) * p, s * tint * (1.0f - p) + f90 * p};
   }
   if (fresnelSchlick && s > 0.0f) {
     const float c = std::clamp(1.0f - cosine, 0.0f, 1.0f);

@@ -50,8 +50,8 @@ void main() {
   vec3 direction = normalize(fromEye);
   float s = surface.s;
   // DEVIATION: of GGX the tint keeps its colour towards the rim
-  float schlick = isGgx(surface.lobe) ? 1.0 : fresnel;
-  if (s > 0.0) s += schlick * (1.0 - s) * pow(clamp(1.0 + dot(direction, surface.normal), 0.0, 1.0), 5.0);
+  float atRim = isGgx(surface.lobe) ? surface.tint.a - s : fresnel * (1.0 - s);
+  if (s > 0.0) s += atRim * pow(clamp(1.0 + dot(direction, surface.normal), 0.0, 1.0), 5.0);
   vec3 onward = refraction > 0.0 ? refract(direction, surface.normal, refraction) : vec3(0.0);
   bool mirrors = onward == vec3(0.0);
   if (mirrors) onward = reflect(direction, surface.normal);
@@ -59,7 +59,7 @@ void main() {
   outObject = refraction > 0.0 && mirrors ? nextTotal : objectId;
   outDiffuse = vec4(surface.radiance, s);
 #if TINT_OUTPUT
-  outTint = vec4(surface.tint, 1.0);
+  outTint = surface.tint;
 #endif
 #else
   outDiffuse = vec4(surface.radiance, 1.0);

@@ -13,12 +13,14 @@ void main() {
   float cosine = -dot(normalize(fragmentFromEye()), surface.normal);
   if (isGgx(surface.lobe)) {
     float p = s > 0.0 ? meanSchlick(roughnessOf(surface.lobe), cosine) : 0.0;
-    weights = vec4(s * surface.tint * (1.0 - p) + p, 1.0 + (1.0 - s) * (1.0 - p));
+    float f90 = surface.tint.a;
+    weights = vec4(s * surface.tint.rgb * (1.0 - p) + f90 * p,
+                   1.0 + (1.0 - s) * (1.0 - p) + (1.0 - f90) * p);
     return;
   }
 #if FRESNEL
   float c = clamp(1.0 - cosine, 0.0, 1.0);
   s += s > 0.0 ? (1.0 - s) * (c * c) * (c * c) * c : 0.0;
 #endif
-  weights = vec4(s * surface.tint, 2.0 - s);
+  weights = vec4(s * surface.tint.rgb, 2.0 - s);
 }
