@@ -302,11 +302,11 @@ std::string bytesText(std::uint64_t bytes) {
 
 namespace {
 
-/// What a reflector is that nobody takes for one; "" for others.
-std::string weakly(const scene::Scene& scene, const scene::Object& object) {
+/// Why an object is a reflector that nobody takes for one; "" for others.
+std::string whyReflector(const scene::Scene& scene, const scene::Object& object) {
   const float s = scene.materials[static_cast<std::size_t>(object.material)].specularLevel;
   if (!(s > 0.0f) || s >= scene::kReflectiveThreshold) return "";
-  return fmt::format(" (which reflects {:.2g} %, as plastic does)", 100.0f * s);
+  return fmt::format(" (a reflector, since plastic reflects {:.2g} %)", 100.0f * s);
 }
 
 /// Appends a line for each of the first objects that method `i` of the run does not support, and
@@ -321,7 +321,7 @@ void appendRefusals(std::vector<std::string>& lines, const RunConfig& run, std::
     const std::string what = unsupported.object > 0 && index < scene.objects.size()
                                  ? "object " + std::to_string(unsupported.object) + " \"" +
                                        scene.objects[index].name + "\"" +
-                                       weakly(scene, scene.objects[index])
+                                       whyReflector(scene, scene.objects[index])
                                  : "the scene";
     lines.push_back(start + what + " of " + run.scene.generic_string() + ": " + unsupported.reason +
                     (unsupported.object > 0 ? "; " + hint(run.methods[i]) : ""));

@@ -75,15 +75,15 @@ TEST(Plan, RefusedObjectsThatReflectLittleSaySo) {
     scene::Scene scene = twoBalls();
     scene.materials[0].specularLevel = s;
     try {
-      planned({{2, "reflects"}}, 8, "refusing", false, scene);
+      planned({{2, "it is concave"}}, 8, "refusing", false, scene);
     } catch (const UsageError& error) {
       return std::string(error.what());
     }
     return std::string("no error");
   };
   EXPECT_THAT(message(0.04f),
-              testing::StartsWith("mine cannot render object 2 \"vase\" (which reflects 4 %, as "
-                                  "plastic does) of room.json: reflects; --set"));
+              testing::StartsWith("mine cannot render object 2 \"vase\" (a reflector, since "
+                                  "plastic reflects 4 %) of room.json: it is concave; --set"));
   EXPECT_THAT(message(0.05f),
               testing::StartsWith("mine cannot render object 2 \"vase\" of room.json: "));
 }
