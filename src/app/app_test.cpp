@@ -20,6 +20,7 @@ namespace catoptric::app {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 TEST_F(App, UsageErrorsAreExit2AndHelp) {
   const Result command = run("rendr run.json");
@@ -502,6 +503,53 @@ TEST_F(App, TooLittleMemoryIsExit8) {
   EXPECT_EQ(WEXITSTATUS(status), 8) << textOf(folder / "stderr.txt");
   EXPECT_EQ(textOf(folder / "stderr.txt"), "error: out of memory\n");
   EXPECT_THAT(run("--help").out, HasSubstr("8  out of memory"));
+}
+
+TEST_F(App, TheCameraThatAFileGivesIsSaid) {
+  const auto file = [&](const char* cameras) {
+    std::ofstream(folder / "cameras.gltf") << R"({"asset": {"version": "2.0"},
+  "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
+  "bufferViews": [{"buffer": 0, "byteLength": 36}],
+  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+  "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+  "cameras": [{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}}],
+  "nodes": [{"mesh": 0})" << cameras << "]}";
+  };
+  const auto picture = [&](const std::string& name, const std::string& camera) {
+    const Result result =
+        run("render cameras.gltf --method reference --set image.width=32 --set "
+            "image.height=24 --out " +
+            name + camera);
+    EXPECT_EQ(result.exitCode, 0) << result.err;
+    return result.err;
+  };
+  const char* const kHigh = R"(, {"name": "high", "camera": 0, "translation": [0.3, 0.3, 2]})";
+  file("");
+  EXPECT_THAT(picture("none", ""), Not(HasSubstr("its camera")));
+  file(kHigh);
+  EXPECT_THAT(picture("one", ""), HasSubstr("cameras.gltf: its camera \"high\" is used; --camera "
+                                            "front, three_quarter or turntable:48 shows the"));
+  file(
+      (std::string(kHigh) + R"(, {"name": "low", "camera": 0, "translation": [1, 0, 3]})").c_str());
+  EXPECT_THAT(
+      picture("several", ""),
+      HasSubstr("its camera \"high\", the first of 2, is used; --camera NAME uses another"));
+  EXPECT_THAT(picture("chosen", " --camera high"), Not(HasSubstr("its camera")));
+  EXPECT_EQ(frames("several"), frames("chosen"));
+  EXPECT_NE(frames("several"), frames("none"));
+}
+
+TEST_F(App, SubmittedTasksReadTheShadersOfTheFolder) {
+  const fs::path file = folder / "src/methods/environment_map/shaders/lookup.frag";
+  fs::create_directories(file.parent_path());
+  ASSERT_EQ(
+      run("submit run.json --method environment_map --frames 1 --chunks 1 --to script --out s "
+          "--shader-dir src")
+          .exitCode,
+      0);
+  std::ofstream(file) << "no shader\n";
+  EXPECT_NE(std::system(("'" + (folder / "s/chunk.sh").string() + "' 1").c_str()), 0);
+  EXPECT_THAT(textOf(folder / "s/logs/1.log"), HasSubstr("lookup.frag"));
 }
 
 TEST_F(App, FramesSayWhereTheyComeFrom) {

@@ -182,6 +182,9 @@ ExitCode submit(const SubmitOptions& options, const CommonOptions& common) {
     submission.runArguments.emplace_back("--method");
     submission.runArguments.push_back(method);
   }
+  if (!common.shaderFolder.empty())
+    submission.runArguments.insert(submission.runArguments.end(),
+                                   {"--shader-dir", fs::absolute(common.shaderFolder).string()});
   submission.slurmArguments = options.sbatch;
   submission.maxParallel = options.maxParallel;
   submission.study = options.study;

@@ -69,6 +69,13 @@ void sayDefaults(const RunConfig& run, const scene::Scene& scene, std::size_t fr
         run.scene.string() +
         ": has no light, so a default sky and sun light it; --environment FILE|COLOUR chooses "
         "another light");
+  if (run.path.empty() && run.camera.empty() && !scene.cameras.empty())
+    log::info(run.scene.string() + ": its camera \"" + scene.cameras.front().name + "\"" +
+              (scene.cameras.size() > 1
+                   ? ", the first of " + std::to_string(scene.cameras.size()) +
+                         ", is used; --camera NAME uses another one (`catoptric info` lists them)"
+                   : " is used") +
+              "; --camera front, three_quarter or turntable:48 shows the whole scene");
   if (run.path.empty() && run.frames.empty() && frames > 1 && scene.duration() > 0.0 &&
       !run.camera.starts_with("turntable:"))
     log::info("all " + std::to_string(frames) + " frames of the scene's animation are rendered (" +
