@@ -289,11 +289,11 @@ Command renderCommand(CommonOptions& common) {
            "too small"),
       option(
           "--video", options->video, "FILE",
-          "Film of the previews, 30 frames per second; of several methods one each. Needs ffmpeg, "
-          "which knows the format by FILE's extension, such as .mp4 [none is made]",
+          "Make a film of each method's previews, with 30 frames per second. Needs ffmpeg, which "
+          "takes the format from FILE's extension, such as .mp4",
           {.notEmpty = true}),
       option("--ocio", options->ocio, "CONFIG",
-             "OpenColorIO config (.ocio) that shows the previews [built in]", {.notEmpty = true}),
+             "OpenColorIO config (.ocio) for the previews [built in]", {.notEmpty = true}),
       option("--view", options->view, "NAME",
              "The config's view for previews. The built-in config has sRGB, Linear, and Neutral, "
              "which is sRGB but compresses radiance above 0.8 [Neutral, or the config's first]",

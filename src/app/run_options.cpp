@@ -199,12 +199,12 @@ Rows sceneRows(RunOptions& options) {
              "(#8090a0), a radiance (0.5,0.5,0.5), or sky",
              {.notEmpty = true}),
       option("--asset-path", options.assetPaths, "FOLDER",
-             "Look here too for files that the scene names but has not in its folder. "
-             "Repeat the option for several folders",
+             "Look in this folder for files that are not in the scene's own folder. Repeat the "
+             "option for several folders",
              {.oneEach = true}),
       option("--ground", options.ground, "KIND",
-             "Put a plane below a glTF file, which receives shadows: matte, or mirror "
-             "(s 0.5: half of the light is reflected, so that shadows show)",
+             "Put a plane that receives shadows below a glTF file: matte, or mirror, which "
+             "reflects half of the light",
              {.notEmpty = true}),
   };
 }
@@ -220,9 +220,10 @@ Rows runRows(RunOptions& options, CommonOptions& common) {
                     "and frame 120 [all]",
                     {.notEmpty = true}),
              option("--camera", options.camera, "CAMERA",
-                    "In place of the config's path: a camera of the scene, front or three_quarter "
-                    "(all is in view), turntable:48 (48 frames around it), or EYE/TARGET/FOV in "
-                    "metres and degrees, such as 2,1,3/0,0.5,0/45",
+                    "Use this camera instead of the config's path: the name of one of the scene's; "
+                    "front or three_quarter, which show the whole scene; turntable:48, which are "
+                    "48 frames around it; or EYE/TARGET/FOV in metres and degrees, such as "
+                    "2,1,3/0,0.5,0/45",
                     {.notEmpty = true}),
          } +
          sceneRows(options) +
