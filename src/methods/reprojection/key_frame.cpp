@@ -147,8 +147,9 @@ Vec3 KeyFrame::formerly(const Vec3& position, int object, const frame::Geometry&
 }
 
 Vec3 KeyFrame::reflectorNow(std::size_t at, const frame::Geometry& geometry) const {
+  const std::size_t row = at / static_cast<std::size_t>(width_);
   const auto x = static_cast<float>(at % static_cast<std::size_t>(width_));
-  const auto y = static_cast<float>(at / static_cast<std::size_t>(width_));
+  const auto y = static_cast<float>(row);
   const Vec3 position =
       camera_.eye() +
       distance_[at] * scene::rayDirection(camera_, width_, height_, x + 0.5f, y + 0.5f);

@@ -237,7 +237,7 @@ std::filesystem::path describedFile(const Value& name, const std::filesystem::pa
                                     const LoadLimits& limits) {
   const std::filesystem::path named(name.asString());
   if (named.empty()) name.fail("\"\" names no file");
-  const std::filesystem::path file = assetFile(folder, named, limits);
+  std::filesystem::path file = assetFile(folder, named, limits);
   if (file.empty()) {
     name.fail(name.dump() +
               " is outside the folder of the scene; copy the file into that folder, or name its "
