@@ -127,25 +127,45 @@ std::vector<float> gridLines(float low, float high, float reach) {
   return lines;
 }
 
+/// The same lines, but for the border half a cell farther on: where they stand in every other row.
+std::vector<float> shifted(const std::vector<float>& lines) {
+  std::vector<float> result{lines.front()};
+  for (std::size_t i = 0; i + 1 < lines.size(); ++i)
+    result.push_back(0.5f * (lines[i] + lines[i + 1]));
+  result.push_back(lines.back());
+  return result;
+}
+
+/// Cells that are all cut along one diagonal would hatch the edges of shadows that cross it, so
+/// every other row is shifted.
 Mesh groundMesh(const Box3& bounds) {
   const float diameter = bounds.diameter();
   const float margin = std::max(0.6f * (bounds.max.y - bounds.min.y), 0.05f * diameter);
   const float reach = kGroundReach * diameter;
-  const std::vector<float> x = gridLines(bounds.min.x - margin, bounds.max.x + margin, reach);
+  const std::vector<float> even = gridLines(bounds.min.x - margin, bounds.max.x + margin, reach);
+  const std::vector<float> odd = shifted(even);
   const std::vector<float> z = gridLines(bounds.min.z - margin, bounds.max.z + margin, reach);
   Mesh mesh;
   mesh.name = "ground";
   const float y = bounds.min.y - kGroundGap * diameter;
-  for (const float pz : z)
-    for (const float px : x) mesh.positions.emplace_back(px, y, pz);
-  mesh.normals.assign(mesh.positions.size(), Vec3(0.0f, 1.0f, 0.0f));
-  const auto columns = static_cast<std::uint32_t>(x.size());
-  for (std::uint32_t row = 0; row + 1 < z.size(); ++row)
-    for (std::uint32_t column = 0; column + 1 < columns; ++column) {
-      const std::uint32_t a = row * columns + column;
-      const std::uint32_t c = a + columns;
-      mesh.indices.insert(mesh.indices.end(), {a, c, a + 1, a + 1, c, c + 1});
+  for (std::size_t row = 0; row < z.size(); ++row) {
+    const auto next = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const float px : row % 2 == 0 ? even : odd) mesh.positions.emplace_back(px, y, z[row]);
+    if (row == 0) continue;
+    // The even row has a corner between any two of the odd one
+    const auto corners = static_cast<std::uint32_t>(even.size());
+    const bool down = row % 2 == 1;  // from an even row to an odd one
+    const std::uint32_t e = down ? next - corners : next;
+    const std::uint32_t o = down ? next : next - corners - 1;
+    const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+      mesh.indices.insert(mesh.indices.end(), {a, down ? b : c, down ? c : b});
+    };
+    for (std::uint32_t k = 0; k < corners; ++k) {
+      add(o + k, o + k + 1, e + k);
+      if (k + 1 < corners) add(e + k, o + k + 1, e + k + 1);
     }
+  }
+  mesh.normals.assign(mesh.positions.size(), Vec3(0.0f, 1.0f, 0.0f));
   return mesh;
 }
 

@@ -1,7 +1,9 @@
 // The light and the ground of bare glTF files, and the triangles that are made finer for them.
 #include "scene/daylight.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <set>
 #include <utility>
@@ -123,6 +125,66 @@ TEST_F(Gltf, TheGroundLiesBelowAndOutsideOfWhatCamerasFit) {
   Environment white;
   white.color = Vec3(1.0f);
   EXPECT_EQ(loadScene(file, {}, white, Ground::Matte).bake.mode, BakeMode::Full);
+}
+
+// A shadow whose penumbra is a cell wide, as vertices show it: its edge is straight in all
+// directions.
+TEST(Ground, EdgesOfShadowsHaveNoTeeth) {
+  Scene scene;
+  BoxShape box;
+  box.size = Vec3(1.0f, 0.5f, 1.0f);
+  scene.meshes.push_back(makeBox(box, UvMode::Unit));
+  scene.materials.emplace_back();
+  scene.objects.emplace_back();
+  scene.objects[0].mesh = scene.objects[0].material = 0;
+  addGround(scene, Ground::Mirror);
+  const Mesh& ground = scene.meshes.back();
+  constexpr float kCell = 1.6f / 128.0f;  // the box and 0.6 of its height on either side
+  float worst = 0.0f;
+  for (int i = 0; i < 24; ++i) {
+    const float angle = kPi / 24.0f * static_cast<float>(i);
+    const Vec3 across(std::cos(angle), 0.0f, std::sin(angle));
+    const auto away = [&](std::uint32_t v) {  // from the edge, in cells
+      return glm::dot(across, ground.positions[v]) / kCell + 0.3f;
+    };
+    for (std::size_t k = 0; k < ground.indices.size(); ++k) {
+      const float a = away(ground.indices[k]);
+      const float b = away(ground.indices[k % 3 == 2 ? k - 2 : k + 1]);
+      const float lightA = std::clamp(0.5f + a, 0.0f, 1.0f);
+      const float lightB = std::clamp(0.5f + b, 0.0f, 1.0f);
+      const Vec3& place = ground.positions[ground.indices[k]];
+      if ((a < 0.0f) == (b < 0.0f) || std::max(std::abs(place.x), std::abs(place.z)) > 0.7f)
+        continue;
+      // Where the light between both corners is one half
+      const float share = (0.5f - lightA) / (lightB - lightA);
+      worst = std::max(worst, std::abs(glm::mix(a, b, share)));
+    }
+  }
+  EXPECT_GT(worst, 0.01f);
+  EXPECT_LT(worst, 0.15f);
+}
+
+TEST(Ground, CoversEveryPlaceOnceFacingUp) {
+  Scene scene;
+  scene.meshes.push_back(makeBox({}, UvMode::Unit));
+  scene.materials.emplace_back();
+  scene.objects.emplace_back();
+  scene.objects[0].mesh = scene.objects[0].material = 0;
+  addGround(scene, Ground::Matte);
+  const Mesh& ground = scene.meshes.back();
+  Box3 box;
+  for (const Vec3& p : ground.positions) box.extend(p);
+  double area = 0.0;
+  for (std::size_t i = 0; i + 2 < ground.indices.size(); i += 3) {
+    const auto corner = [&](std::size_t k) {
+      return glm::dvec3(ground.positions[ground.indices[i + k]]);
+    };
+    const double up = glm::cross(corner(1) - corner(0), corner(2) - corner(0)).y;
+    ASSERT_GT(up, 0.0);
+    area += 0.5 * up;
+  }
+  const double whole = static_cast<double>(box.max.x - box.min.x) * (box.max.z - box.min.z);
+  EXPECT_NEAR(area, whole, 1e-6 * whole);
 }
 
 TEST_F(Gltf, AGroundBelowMovingObjectsWarnsThatLightIsBaked) {
