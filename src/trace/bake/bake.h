@@ -38,11 +38,11 @@ struct BakeCallbacks {
 ///     (Light::radius determines how soft shadows are), emissive surfaces, the environment, and pi
 ///     * ambient * occlusion. Interreflection is included, with scene.bake's number of `bounces`.
 /// Moving objects receive light at the pose of `geometry` but cast none. Back faces are black.
-/// Mirrors count as diffuse surfaces here. Each point uses the same low-discrepancy directions,
-/// shifted by its number. The values are then smoothed along the mesh where neighbours differ by
-/// less than the noise. The result is the same for any thread count. The result is cached in the
-/// folder `cache` (empty: not cached) under the scene's fingerprint. A cache file that does not
-/// match or is damaged is replaced.
+/// Mirrors count as diffuse surfaces here. Rays are also aimed at bright surfaces. Neighbours use
+/// consecutive parts of one low-discrepancy sequence; their values are then smoothed along the
+/// mesh, by their noise, and less near other surfaces. The result is the same for any thread count.
+/// The result is cached in the folder `cache` (empty: not cached) under the scene's fingerprint. A
+/// cache file that does not match or is damaged is replaced.
 BakeReport bakeVertices(const scene::Scene& scene, frame::Geometry& geometry,
                         const frame::EnvironmentLight& environment,
                         const std::filesystem::path& cache, const BakeCallbacks& callbacks = {});

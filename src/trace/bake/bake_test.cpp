@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -11,6 +12,7 @@
 #include "core/test_fields.h"
 #include "frame/test_scenes.h"
 #include "scene/animate.h"
+#include "trace/bake/lattice.h"
 #include "trace/bake/points.h"
 
 namespace catoptric {
@@ -71,6 +73,65 @@ TEST(BakePoints, LieOffTheirSurfaceByAFiftiethOfAnEdgeAtMostByAShareOfTheScene) 
       EXPECT_LE(glm::length(Vec2(pull.x, pull.z)), 5.001f * points.offsets[i]) << i;
     }
   }
+}
+
+TEST(BakePoints, HaveRanksThatAreCloseForNeighbours) {
+  // Of the points of a plane, the means of the places of 64 consecutive ranks are a block's.
+  SceneBuilder builder;
+  builder.add(scene::makePlane({63.0f, 63.0f}, {63, 63}, scene::UvMode::Unit),
+              builder.diffuse(Vec3(1.0f)));
+  const frame::Geometry geometry =
+      frame::makeGeometry(builder.scene(), scene::poseAt(builder.scene(), 0.0));
+  const trace::BakePoints points = trace::makeBakePoints(geometry);
+  std::vector<int> pointOfRank(points.size(), -1);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    pointOfRank.at(points.ranks[i]) = static_cast<int>(i);
+  float apart = 0.0f;
+  for (std::size_t rank = 0; rank < points.size(); ++rank) {
+    ASSERT_GE(pointOfRank[rank], 0) << "two points have one rank";
+    if (rank > 0)
+      apart += glm::length(points.positions[pointOfRank[rank]] -
+                           points.positions[pointOfRank[rank - 1]]);
+  }
+  EXPECT_LT(apart / static_cast<float>(points.size()), 2.0f);  // metres; of random ones: 33
+}
+
+TEST(BakePoints, TakeConsecutivePartsOfOneSequence) {
+  const auto sorted = [](std::vector<Vec2> p, const Vec2& shift) {
+    for (Vec2& q : p) q = trace::shifted(q, shift);
+    std::ranges::sort(p, {}, [](const Vec2& q) { return q.x; });
+    return p;
+  };
+  const std::vector<Vec2> later = sorted(trace::latticePoints(32, 7 * 32), Vec2(0.0f));
+  const std::vector<Vec2> moved = sorted(trace::latticePoints(32), trace::sequenceShift(7 * 32));
+  for (std::size_t k = 0; k < later.size(); ++k)
+    EXPECT_LT(glm::length(later[k] - moved[k]), 1e-5f) << k;
+}
+
+TEST(BakePoints, AreSmoothedByNoiseButNotNearSurfaces) {
+  SceneBuilder builder;
+  builder.add(ground(), builder.diffuse(Vec3(1.0f)));
+  const frame::Geometry geometry =
+      frame::makeGeometry(builder.scene(), scene::poseAt(builder.scene(), 0.0));
+  const trace::BakePoints points = trace::makeBakePoints(geometry);
+  // The root of the mean square of what is left of noise of 0.1 about 1.
+  const auto left = [&](float noise, float nearness) {
+    trace::ValueErrors errors(points.size());
+    std::vector<Vec4> values(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      errors.noise[i] = noise;
+      errors.nearness[i] = nearness;
+      values[i] = Vec4(Vec3(1.0f + (points.ranks[i] * 7 % 3 == 0 ? 0.14f : -0.07f)), 0.0f);
+    }
+    trace::smoothValues(points, errors, values);
+    double squares = 0.0;
+    for (const Vec4& value : values)
+      squares += (value.x - 1.0f) * (value.x - 1.0f) / static_cast<double>(points.size());
+    return std::sqrt(squares);
+  };
+  EXPECT_NEAR(left(0.0f, 0.0f), 0.1, 0.005);
+  EXPECT_LT(left(0.1f, 0.1f), 0.03);
+  EXPECT_NEAR(left(0.1f, 20.0f), 0.1, 0.01);
 }
 
 TEST(BakeAmbientOcclusion, OpenPlaneIsFree) {
@@ -175,6 +236,36 @@ TEST(BakeFull, DiskLightHasItsFormFactor) {
     // Sixteen rays to the emitter and 256 around leave some noise,
     // smoothing takes a little of the peak.
     EXPECT_NEAR(bakeAt(geometry, floor, {0.0f, 0.0f, 0.0f}).x, expected, 0.05f * expected) << r;
+  }
+}
+
+TEST(BakeFull, SmallBrightSurfacesLightAsEmittersDo) {
+  // A disk above the floor that only a spot light below it lights. One of a thousand directions
+  // meets it, yet each point of the floor has its light: E = albedo * E(disk) * the form factor.
+  SceneBuilder builder;
+  scene::Scene& scene = builder.scene();
+  scene.bake.mode = BakeMode::Full;
+  scene.bake.bounces = 1;
+  scene.bake.rays = 64;
+  const int floor = builder.add(ground(), builder.diffuse(Vec3(0.0f)));
+  const float r = 0.04f;
+  builder.add(scene::makeDisk(r, 0.0f, 96, 8, scene::UvMode::Unit), builder.diffuse(Vec3(0.5f)),
+              translation({0.0f, 1.0f, 0.0f}) * rotation(180.0f, {1.0f, 0.0f, 0.0f}));
+  scene::Light light;
+  light.type = scene::LightType::Spot;
+  light.position = {0.0f, 0.6f, 0.0f};
+  light.direction = {0.0f, 1.0f, 0.0f};
+  light.intensity = Vec3(10.0f);
+  light.outerConeRad = radians(20.0f);
+  light.innerConeRad = radians(19.0f);
+  light.baked = true;
+  scene.lights.push_back(light);
+  const frame::Geometry geometry = bake(scene);
+  const float onDisk = 10.0f / (0.4f * 0.4f);
+  for (const float x : {0.25f, 0.5f, 1.0f, 1.5f}) {
+    const float squared = 1.0f + x * x;
+    const float expected = 0.5f * onDisk * r * r / (squared * squared);
+    EXPECT_NEAR(bakeAt(geometry, floor, {x, 0.0f, 0.0f}).x, expected, 0.1f * expected) << x;
   }
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/parallel.h"
 #include "core/sampling.h"
@@ -85,12 +84,12 @@ bool Baker::facesRay(const Hit& hit, const Vec3& direction, Vec3& normal) const 
   return glm::dot(normal, direction) < 0.0f;
 }
 
-void Baker::fillAndSmooth(const std::vector<std::uint8_t>& valid, const std::vector<float>& noise,
+void Baker::fillAndSmooth(const std::vector<std::uint8_t>& valid, const ValueErrors& errors,
                           std::vector<Vec4>& values) {
   enclosed_ = static_cast<std::size_t>(std::count(valid.begin(), valid.end(), 0));
   valid_ = valid;
   fillInvalid(points_, valid, values);
-  smoothValues(points_, kSmoothIterations, noise, values);
+  smoothValues(points_, errors, values);
 }
 
 std::vector<Vec4> Baker::ambientOcclusion() {
@@ -100,7 +99,7 @@ std::vector<Vec4> Baker::ambientOcclusion() {
   plannedRays_ = points_.size() * (lattice.size() + few.size());
   std::vector<Vec4> values(points_.size());
   std::vector<std::uint8_t> valid(points_.size(), 1);
-  std::vector<float> noise(points_.size(), 0.0f);
+  ValueErrors errors(points_.size());
   parallelFor(points_.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
     if (stopped()) return;
     std::vector<Ray> rays(lattice.size());
@@ -108,7 +107,7 @@ std::vector<Vec4> Baker::ambientOcclusion() {
     std::vector<Hit> hits(few.size());
     for (std::size_t i = begin; i < end; ++i) {
       const Basis basis(points_.normals[i]);
-      const Vec2 shift = shiftOf(i);
+      const Vec2 shift = sequenceShift(std::uint64_t{points_.ranks[i]} * lattice.size());
 
       // A point whose rays end on back faces lies inside something.
       for (std::size_t k = 0; k < few.size(); ++k) {
@@ -118,7 +117,11 @@ std::vector<Vec4> Baker::ambientOcclusion() {
       int back = 0;
       Vec3 normal;
       for (std::size_t k = 0; k < few.size(); ++k) {
-        if (!hits[k].miss() && !facesRay(hits[k], rays[k].direction, normal)) ++back;
+        if (hits[k].miss()) continue;
+        if (!facesRay(hits[k], rays[k].direction, normal)) ++back;
+        if (hits[k].distance < occlusionDistance_)
+          errors.nearness[i] += 1.0f / (std::max(hits[k].distance, points_.offsets[i]) *
+                                        static_cast<float>(few.size()));
       }
       if (static_cast<float>(back) >= kEnclosedShare * static_cast<float>(few.size())) valid[i] = 0;
 
@@ -133,13 +136,13 @@ std::vector<Vec4> Baker::ambientOcclusion() {
         open += free[k];
         groups[k % kGroups] += static_cast<float>(free[k]);
       }
-      noise[i] = standardError(groups, 1.0f / static_cast<float>(count));
+      errors.noise[i] = standardError(groups, 1.0f / static_cast<float>(count));
       values[i] = Vec4(0.0f, 0.0f, 0.0f, static_cast<float>(open) / static_cast<float>(count));
     }
     rays_ += (end - begin) * (lattice.size() + few.size());
     advance((end - begin) * (lattice.size() + few.size()));
   });
-  if (!stopped()) fillAndSmooth(valid, noise, values);
+  if (!stopped()) fillAndSmooth(valid, errors, values);
   return values;
 }
 
@@ -175,11 +178,13 @@ std::vector<Vec3> Baker::radiosity(const std::vector<Vec3>& irradiance) const {
 }
 
 Baker::GatherRays Baker::gatherRays(int count, int first) const {
+  // As many in each group, for the standard error
+  const double wanted = std::min(kMostEmitterRays, emitters_.share) * count / kGroups;
   return {.lattice = latticePoints(count, first),
-          .toEmitters = emitters_.triangles.empty() || !(emitters_.total > 0.0)
+          .toEmitters = emitters_.triangles.empty()
                             ? 0
-                            : std::max(kLeastEmitterRays,
-                                       kEmitterRays * count / std::max(count, scene_.bake.rays)),
+                            : kGroups * std::max(1, static_cast<int>(std::lround(wanted))),
+          .step = first > 0 ? first : count,
           .share = static_cast<float>(count) / static_cast<float>(first + count)};
 }
 
@@ -188,13 +193,12 @@ float Baker::skyShare(std::size_t point, const Vec3& arriving) const {
   return whole > 0.0f ? std::min(1.0f, luminance(arriving) / whole) : 0.0f;
 }
 
-Vec3 Baker::emitterLight(std::size_t point, const Vec2& shift, const GatherRays& gather,
-                         Buffers& buffers) {
+std::array<Vec3, kGroups> Baker::emitterLight(std::size_t point, const Vec2& shift,
+                                              const GatherRays& gather, Buffers& buffers) {
   std::vector<Ray>& rays = buffers.rays;
   std::vector<std::uint8_t>& free = buffers.free;
   const Vec3 position = points_.positions[point];
   const Vec3 normal = points_.normals[point];
-  std::array<Vec3, kEmitterRays> arriving;
   const int count = gather.toEmitters;
   const auto counted = static_cast<float>(count);
   int used = 0;
@@ -209,8 +213,9 @@ Vec3 Baker::emitterLight(std::size_t point, const Vec2& shift, const GatherRays&
     const Emitters::Triangle& t = emitters_.triangles[index];
     const float a = std::sqrt(fraction(shift.y + k * kR2x));
     const float b = fraction(shift.x * 7.0 + k * kR2y);
-    const Vec3 target =
-        t.corners[0] * (1.0f - a) + t.corners[1] * (a * (1.0f - b)) + t.corners[2] * (a * b);
+    const float u = a * (1.0f - b);
+    const float v = a * b;
+    const Vec3 target = t.corners[0] * (1.0f - u - v) + t.corners[1] * u + t.corners[2] * v;
     const Vec3 to = target - position;
     const float squared = glm::dot(to, to);
     if (!(squared > 0.0f)) continue;
@@ -224,31 +229,29 @@ Vec3 Baker::emitterLight(std::size_t point, const Vec2& shift, const GatherRays&
     const float weight =
         counted * perSolidAngle /
         (counted * perSolidAngle + static_cast<float>(gather.lattice.size()) * here / kPi);
-    arriving[used] = t.radiance * (weight * here / (perSolidAngle * counted));
+    buffers.group[used] = k % kGroups;
+    buffers.arriving[used] = t.radianceAt(u, v) * (weight * here / (perSolidAngle * counted));
     rays[used] = {position, to, 0.0f, 0.999f};
     ++used;
   }
   refused_ +=
       trace_.visibleSerial(std::span(rays).first(used), std::span(free).first(used), true).refused;
-  Vec3 sum(0.0f);
+  std::array<Vec3, kGroups> sums{};
   for (int k = 0; k < used; ++k) {
-    if (free[k] != 0) sum += arriving[k];
+    if (free[k] != 0) sums[buffers.group[k]] += buffers.arriving[k];
   }
-  return sum;
+  return sums;
 }
 
-Vec3 Baker::seenEmitter(std::size_t point, const Hit& hit, const Vec3& direction,
-                        const GatherRays& gather) const {
-  const Emitters::Triangle& emitter =
-      emitters_
-          .triangles[static_cast<std::size_t>(emitters_.firstOfObject[hit.object]) + hit.primitive];
+float Baker::hitWeight(std::size_t point, const Hit& hit, const Emitters::Triangle& emitter,
+                       const Vec3& direction, const GatherRays& gather) const {
   const float there = -glm::dot(emitter.normal, direction);
   const float here = glm::dot(points_.normals[point], direction);
-  if (!(there > 0.0f)) return Vec3(0.0f);
+  if (!(there > 0.0f)) return 0.0f;
   const float own = static_cast<float>(gather.lattice.size()) * here / kPi;
   const float other = static_cast<float>(gather.toEmitters) * emitters_.density(emitter) *
                       hit.distance * hit.distance / there;
-  return own > 0.0f ? emitter.radiance * (own / (own + other)) : Vec3(0.0f);
+  return own > 0.0f ? own / (own + other) : 0.0f;
 }
 
 Baker::Gathered Baker::gatherPoint(std::size_t point, const GatherRays& gather, const Vec2& shift,
@@ -267,6 +270,7 @@ Baker::Gathered Baker::gatherPoint(std::size_t point, const GatherRays& gather, 
     if (!hit.miss()) locate(surfaces_, rays[k], hit);
     Vec3& sum = gathered.parts[k % kGroups];
     if (hit.distance > occlusionDistance_) ++gathered.open;
+    if (!hit.miss()) gathered.nearness += 1.0f / std::max(hit.distance, points_.offsets[point]);
     if (hit.miss()) {
       const Vec3 radiance = environment_.radiance(rays[k].direction);
       sum += radiance;
@@ -278,11 +282,16 @@ Baker::Gathered Baker::gatherPoint(std::size_t point, const GatherRays& gather, 
       ++gathered.back;
       continue;
     }
-    const std::uint32_t* t =
-        &geometry_.indices[geometry_.objects[hit.object].firstIndex + 3 * hit.primitive];
+    const std::uint32_t first = geometry_.objects[hit.object].firstIndex + 3 * hit.primitive;
+    const std::int32_t emitter = emitters_.ofTriangle[first / 3];
+    if (emitter >= 0) {
+      const Emitters::Triangle& bright = emitters_.triangles[static_cast<std::size_t>(emitter)];
+      sum += bright.radianceAt(hit.u, hit.v) *
+             hitWeight(point, hit, bright, rays[k].direction, gather);
+      continue;
+    }
+    const std::uint32_t* t = &geometry_.indices[first];
     sum += (1.0f - hit.u - hit.v) * leaving[t[0]] + hit.u * leaving[t[1]] + hit.v * leaving[t[2]];
-    if (gather.toEmitters > 0 && emitters_.firstOfObject[hit.object] >= 0)
-      sum += seenEmitter(point, hit, rays[k].direction, gather);
   }
   return gathered;
 }
@@ -294,28 +303,36 @@ void Baker::gatherAt(std::span<const std::uint32_t> points, const std::vector<Ve
   parallelFor(points.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
     if (stopped()) return;
     Buffers buffers;
-    buffers.rays.resize(std::max<std::size_t>(count, kEmitterRays));
+    const auto toEmitters = static_cast<std::size_t>(rays.toEmitters);
+    buffers.rays.resize(std::max(count, toEmitters));
     buffers.hits.resize(count);
-    buffers.free.resize(kEmitterRays);
+    buffers.free.resize(toEmitters);
+    buffers.arriving.resize(toEmitters);
+    buffers.group.resize(toEmitters);
     for (const std::uint32_t i : points.subspan(begin, end - begin)) {
-      const Vec2 shift = shiftOf(i);
+      const Vec2 shift =
+          sequenceShift(std::uint64_t{points_.ranks[i]} * static_cast<std::uint64_t>(rays.step));
       const Gathered gathered = gatherPoint(i, rays, shift, leaving, buffers);
-      Vec3 sum(0.0f);
-      std::array<float, kGroups> groups{};
-      for (int k = 0; k < kGroups; ++k) {
-        const Vec3& part = gathered.parts[k];
-        sum += part;
-        groups[k] = (part.x + part.y + part.z) / 3.0f;
+      std::array<Vec3, kGroups> emitted{};
+      if (rays.toEmitters > 0) {
+        const Vec2 aside = sequenceShift(points_.ranks[i]);
+        emitted =
+            emitterLight(i, rays.share < 1.0f ? shifted(aside, Vec2(0.5f)) : aside, rays, buffers);
       }
       const float scale = kPi / counted;
-      Vec3 irradiance = sum * scale;
-      if (rays.toEmitters > 0)
-        irradiance +=
-            emitterLight(i, rays.share < 1.0f ? shifted(shift, Vec2(0.5f)) : shift, rays, buffers);
+      Vec3 irradiance(0.0f);
+      std::array<float, kGroups> groups{};
+      for (int k = 0; k < kGroups; ++k) {
+        const Vec3 part = gathered.parts[k] * scale + emitted[k];
+        irradiance += part;
+        groups[k] = (part.x + part.y + part.z) / 3.0f;
+      }
       const float own = rays.share;
-      const float noise = own * standardError(groups, scale);
-      const float noiseBefore = (1.0f - own) * all.noise[i];
-      all.noise[i] = std::sqrt(noise * noise + noiseBefore * noiseBefore);
+      const float noise = own * standardError(groups, 1.0f);
+      const float noiseBefore = (1.0f - own) * all.errors.noise[i];
+      all.errors.noise[i] = std::sqrt(noise * noise + noiseBefore * noiseBefore);
+      all.errors.nearness[i] =
+          own * gathered.nearness / counted + (1.0f - own) * all.errors.nearness[i];
       all.back[i] = own * static_cast<float>(gathered.back) / counted + (1.0f - own) * all.back[i];
       const float open = scene_.bake.skyApart ? skyShare(i, gathered.sky * scale)
                                               : static_cast<float>(gathered.open) / counted;
@@ -326,13 +343,15 @@ void Baker::gatherAt(std::span<const std::uint32_t> points, const std::vector<Ve
   });
 }
 
-std::vector<std::uint32_t> Baker::disagreeing(const Gather& all) const {
+std::vector<std::uint32_t> Baker::disagreeing(std::span<const std::uint32_t> among,
+                                              const Gather& all) const {
   std::vector<std::uint32_t> points;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
+  for (const std::uint32_t i : among) {
     const std::span<const std::uint32_t> neighbours = points_.neighboursOf(i);
+    if (all.back[i] > kSurelyEnclosed) continue;
     // The standard error of one point is an estimate by few groups itself
-    float variance = all.noise[i] * all.noise[i];
-    for (const std::uint32_t n : neighbours) variance += all.noise[n] * all.noise[n];
+    float variance = all.errors.noise[i] * all.errors.noise[i];
+    for (const std::uint32_t n : neighbours) variance += all.errors.noise[n] * all.errors.noise[n];
     variance /= static_cast<float>(neighbours.size() + 1);
     const float own = brightness(all.values[i]);
     bool agrees = !neighbours.empty() && variance <= kAgreeingNoise * kAgreeingNoise * own * own;
@@ -342,21 +361,22 @@ std::vector<std::uint32_t> Baker::disagreeing(const Gather& all) const {
       agrees = agrees && isEnclosed(all.back[n]) == isEnclosed(all.back[i]) &&
                difference * difference <= allowed;
     }
-    if (!agrees) points.push_back(static_cast<std::uint32_t>(i));
+    if (!agrees) points.push_back(i);
   }
   return points;
 }
 
-std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count, bool adaptive) {
-  Gather all{.values = std::vector<Vec4>(points_.size()),
-             .back = std::vector<float>(points_.size(), 0.0f),
-             .noise = std::vector<float>(points_.size(), 0.0f)};
+std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count, bool adaptive,
+                                Gather& all) {
+  // In the order of the ranks: neighbours' rays visit the same parts of the BVH.
   std::vector<std::uint32_t> every(points_.size());
-  std::iota(every.begin(), every.end(), 0u);
-  const int few = std::max(16, count / kAgreeingRaysDivisor);
+  for (std::size_t i = 0; i < every.size(); ++i)
+    every[points_.ranks[i]] = static_cast<std::uint32_t>(i);
+  std::erase_if(every, [&](std::uint32_t i) { return all.back[i] > kSurelyEnclosed; });
+  const int few = std::max(kFewestRays, count / kAgreeingRaysDivisor);
   if (adaptive && few < count) {
     gatherAt(every, leaving, gatherRays(few), all);
-    const std::vector<std::uint32_t> rest = disagreeing(all);
+    const std::vector<std::uint32_t> rest = disagreeing(every, all);
     plannedRays_ -= (points_.size() - rest.size()) * static_cast<std::uint64_t>(count - few);
     gatherAt(rest, leaving, gatherRays(count - few, few), all);
   } else {
@@ -365,17 +385,19 @@ std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count, boo
   if (stopped()) return all.values;
   std::vector<std::uint8_t> valid(points_.size());
   for (std::size_t i = 0; i < valid.size(); ++i) valid[i] = isEnclosed(all.back[i]) ? 0 : 1;
-  fillAndSmooth(valid, all.noise, all.values);
+  fillAndSmooth(valid, all.errors, all.values);
   return all.values;
 }
 
 std::vector<Vec4> Baker::full() {
-  emitters_ = findEmitters(scene_, geometry_);
   const int gathers = std::max(1, scene_.bake.bounces);
   const int earlierRays = std::max(16, scene_.bake.rays / kEarlierRaysDivisor);
   plannedRays_ = points_.size() * static_cast<std::uint64_t>(kShadowRays + scene_.bake.rays +
                                                              (gathers - 1) * earlierRays);
   const std::vector<Vec3> direct = directLight();
+  Gather all{.values = std::vector<Vec4>(points_.size()),
+             .back = std::vector<float>(points_.size(), 0.0f),
+             .errors = ValueErrors(points_.size())};
 
   // Each gather sees all light that the one before has found; the last one is the finest.
   std::vector<Vec3> irradiance = direct;
@@ -386,7 +408,8 @@ std::vector<Vec4> Baker::full() {
     const std::vector<Vec3> leaving = scene_.bake.bounces > 0
                                           ? radiosity(irradiance)
                                           : std::vector<Vec3>(geometry_.vertexCount(), Vec3(0.0f));
-    const std::vector<Vec4> indirect = gather(leaving, rays, last);
+    emitters_ = findEmitters(scene_, geometry_, leaving);
+    const std::vector<Vec4> indirect = gather(leaving, rays, last, all);
     if (stopped()) return values;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       values[i] = Vec4(direct[i] + Vec3(indirect[i]) + kPi * scene_.ambient * indirect[i].w,

@@ -3,12 +3,20 @@
 #include <vector>
 
 #include "core/parallel.h"
-#include "core/sampling.h"
 #include "scene/animate.h"
 #include "trace/bake/baker.h"
 
 namespace catoptric::trace {
 namespace {
+
+constexpr double kGolden = 0.6180339887498949;  ///< of a turn between points of the spiral
+/// Below this radius, in distances of the light, its disk is sampled by a ring alone; ours.
+constexpr float kSmallLight = 0.1f;
+
+Vec2 onCircle(float turns) {
+  const float angle = 2.0f * kPi * turns;
+  return {std::cos(angle), std::sin(angle)};
+}
 
 /// A light that is baked, at the pose of the geometry.
 struct BakedLight {
@@ -30,17 +38,27 @@ class LightSampler {
   LightSampler(const TraceScene& trace, const frame::Geometry& geometry)
       : trace_(trace),
         farAway_(2.0f * geometry.bounds.diameter()),
-        lattice_(latticePoints(kShadowRays)) {}
+        disk_(kShadowRays),
+        rim_(kRimRays) {
+    for (int k = 0; k < kRimRays; ++k)
+      rim_[k] = onCircle(static_cast<float>(k) / static_cast<float>(kRimRays));
+    // Vogel's spiral: even over the disk, and in any half of it
+    for (int k = 0; k < kShadowRays; ++k) {
+      const float share = (static_cast<float>(k) + 0.5f) / static_cast<float>(kShadowRays);
+      disk_[k] = std::sqrt(share) * onCircle(fraction(k * kGolden));
+    }
+  }
 
   std::uint64_t traced() const { return traced_; }
   std::uint64_t refused() const { return refused_; }
 
-  /// The light and the point that the next calls are about.
-  void set(const BakedLight& light, const Vec3& position, const Vec3& normal, const Vec2& shift) {
+  /// The light and the point that the next calls are about. Places on the light are turned by
+  /// `turns`, 0..1.
+  void set(const BakedLight& light, const Vec3& position, const Vec3& normal, float turns) {
     light_ = &light;
     position_ = position;
     normal_ = normal;
-    shift_ = shift;
+    turn_ = onCircle(turns);
     const bool directional = light.light.type == scene::LightType::Directional;
     toLight_ = directional ? -light.light.direction : light.light.position - position;
     distance_ = glm::length(toLight_);
@@ -55,11 +73,7 @@ class LightSampler {
       aim(0, basis, Vec2(0.0f));
       return countFree(1) == 1 ? Seen::All : Seen::None;
     }
-    for (int k = 0; k < count; ++k) {
-      const float angle =
-          2.0f * kPi * (static_cast<float>(k) + shift_.x) / static_cast<float>(count);
-      aim(k, basis, {std::cos(angle), std::sin(angle)});
-    }
+    for (int k = 0; k < count; ++k) aim(k, basis, turned(rim_[k * kRimRays / count]));
     const auto free = countFree(count);
     return free == 0 ? Seen::None : free == count ? Seen::All : Seen::Part;
   }
@@ -72,18 +86,17 @@ class LightSampler {
       aim(0, basis, Vec2(0.0f));
       return arriving_[0];
     }
-    for (int k = 0; k < kShadowRays; ++k)
-      aim(k, basis, concentricDisk(shifted(lattice_[k], shift_)));
-    if (seen == Seen::Part) {
-      countFree(kShadowRays);
-    } else {
-      std::fill(free_.begin(), free_.end(), std::uint8_t{1});
-    }
+    // Without shadows the irradiance of a small light is nearly linear over its disk.
+    const bool ring = seen == Seen::All && light_->radius < kSmallLight * distance_;
+    const int count = ring ? kRimRays : kShadowRays;
+    for (int k = 0; k < count; ++k)
+      aim(k, basis, turned(ring ? std::sqrt(0.5f) * rim_[k] : disk_[k]));
+    if (seen == Seen::Part) countFree(count);
     Vec3 sum(0.0f);
-    for (int k = 0; k < kShadowRays; ++k) {
-      if (free_[k] != 0) sum += arriving_[k];
+    for (int k = 0; k < count; ++k) {
+      if (seen == Seen::All || free_[k] != 0) sum += arriving_[k];
     }
-    return sum / static_cast<float>(kShadowRays);
+    return sum / static_cast<float>(count);
   }
 
  private:
@@ -100,6 +113,10 @@ class LightSampler {
     constexpr float kRounding = 1e-3f;  // radians
     return std::acos(std::clamp(cosine, -1.0f, 1.0f)) - disk <
            std::acos(light.cosOuter) + kRounding;
+  }
+
+  Vec2 turned(const Vec2& p) const {
+    return {turn_.x * p.x - turn_.y * p.y, turn_.x * p.y + turn_.y * p.x};
   }
 
   /// Ray `k` towards a place of the emitter's disk as the point sees it. Whatever lies within the
@@ -133,11 +150,12 @@ class LightSampler {
 
   const TraceScene& trace_;
   float farAway_;
-  std::vector<Vec2> lattice_;
+  std::vector<Vec2> disk_;
+  std::vector<Vec2> rim_;
   const BakedLight* light_ = nullptr;
   Vec3 position_{0.0f};
   Vec3 normal_{0.0f};
-  Vec2 shift_{0.0f};
+  Vec2 turn_{1.0f, 0.0f};
   Vec3 toLight_{0.0f};
   float distance_ = 0.0f;
   std::vector<Ray> rays_ = std::vector<Ray>(kShadowRays);
@@ -161,7 +179,8 @@ std::vector<Vec3> Baker::directLight() {
       if (stopped()) return;
       LightSampler sampler(trace_, geometry_);
       for (std::size_t i = begin; i < end; ++i) {
-        sampler.set(light, points_.positions[i], points_.normals[i], shiftOf(i));
+        sampler.set(light, points_.positions[i], points_.normals[i],
+                    sequenceShift(points_.ranks[i]).x);
         work(sampler, i);
       }
       rays_ += sampler.traced();

@@ -5,6 +5,26 @@
 #include "frame/shading.h"
 
 namespace catoptric::trace {
+namespace {
+
+/// A triangle is bright if it reflects this many times the mean radiance of all surfaces; ours.
+constexpr double kBright = 4.0;
+
+/// The triangle whose vertices are the three `vertices`, with what it reflects.
+Emitters::Triangle makeTriangle(const frame::Geometry& geometry, const std::vector<Vec3>& leaving,
+                                const std::uint32_t* vertices) {
+  Emitters::Triangle t;
+  for (int k = 0; k < 3; ++k) {
+    t.corners[k] = geometry.positions[vertices[k]];
+    t.radiance[k] = leaving[vertices[k]];
+  }
+  const Vec3 across = glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
+  t.normal = normalizedOr(across, Vec3(0.0f));
+  t.area = 0.5f * glm::length(across);
+  return t;
+}
+
+}  // namespace
 
 Vec3 coarseTexel(const scene::Scene& scene, const scene::TextureSlot& slot,
                  const frame::VertexAttributes& vertex) {
@@ -15,34 +35,48 @@ Vec3 coarseTexel(const scene::Scene& scene, const scene::TextureSlot& slot,
   return Vec3(frame::sampleTexture(texture, uv, lod));
 }
 
-Emitters findEmitters(const scene::Scene& scene, const frame::Geometry& geometry) {
+Emitters findEmitters(const scene::Scene& scene, const frame::Geometry& geometry,
+                      const std::vector<Vec3>& leaving) {
   Emitters emitters;
-  emitters.firstOfObject.assign(geometry.objects.size(), -1);
+  emitters.ofTriangle.assign(geometry.triangleCount(), -1);
+  double area = 0.0;
+  double power = 0.0;  // of all surfaces
+  for (const frame::ObjectRange& range : geometry.objects) {
+    if (range.moving) continue;
+    for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
+      const Emitters::Triangle t = makeTriangle(geometry, leaving, &geometry.indices[i]);
+      area += static_cast<double>(t.area);
+      power += t.power();
+    }
+  }
+  const double bright = area > 0.0 ? kBright * power / area : 0.0;
   for (std::size_t o = 0; o < geometry.objects.size(); ++o) {
     const scene::Material& material = scene.materials[scene.objects[o].material];
     const frame::ObjectRange& range = geometry.objects[o];
-    if (range.moving || material.unlit || !(luminance(material.emissive) > 0.0f)) continue;
-    emitters.firstOfObject[o] = static_cast<std::int64_t>(emitters.triangles.size());
+    const bool emissive = !material.unlit && luminance(material.emissive) > 0.0f;
+    // Rays do not hit all of the triangles of others
+    const bool whole = range.surface < 0 && material.alphaMode == scene::AlphaMode::Opaque;
+    if (range.moving || !(emissive || whole)) continue;
     for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
-      Emitters::Triangle t;
+      const std::uint32_t* vertices = &geometry.indices[i];
+      Emitters::Triangle t = makeTriangle(geometry, leaving, vertices);
+      if (!emissive && !(static_cast<double>(t.meanLuminance()) > bright)) continue;
+      power -= t.power();
       Vec3 texels(0.0f);
-      for (int k = 0; k < 3; ++k) {
-        const std::uint32_t vertex = geometry.indices[i + k];
-        t.corners[k] = geometry.positions[vertex];
-        texels += coarseTexel(scene, material.emissiveTexture, geometry.attributes[vertex]) / 3.0f;
-      }
-      const Vec3 across = glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
-      t.normal = normalizedOr(across, Vec3(0.0f));
-      t.radiance = material.emissive * texels;
-      const float area = 0.5f * glm::length(across);
-      emitters.total += static_cast<double>(luminance(t.radiance) * area);
+      for (int k = 0; emissive && k < 3; ++k)
+        texels += coarseTexel(scene, material.emissiveTexture, geometry.attributes[vertices[k]]);
+      for (Vec3& radiance : t.radiance) radiance += material.emissive * texels / 3.0f;
+      power += t.power();
+      if (!(t.power() > 0.0)) continue;
+      emitters.total += t.power();
       emitters.cumulative.push_back(static_cast<float>(emitters.total));
+      emitters.ofTriangle[i / 3] = static_cast<std::int32_t>(emitters.triangles.size());
       emitters.triangles.push_back(t);
     }
   }
-  for (float& c : emitters.cumulative) {
-    c = static_cast<float>(static_cast<double>(c) / std::max(emitters.total, 1e-30));
-  }
+  for (float& c : emitters.cumulative)
+    c = static_cast<float>(static_cast<double>(c) / emitters.total);
+  emitters.share = power > 0.0 ? std::min(1.0, emitters.total / power) : 0.0;
   return emitters;
 }
 

@@ -13,10 +13,9 @@ float fraction(double x) {
   return static_cast<float>(x - std::floor(x));
 }
 
-Vec2 shiftOf(std::size_t number) {
-  const std::uint32_t a = mixedBits(static_cast<std::uint32_t>(number));
-  const std::uint32_t b = mixedBits(a);
-  return {unitFloat(a), unitFloat(b)};
+Vec2 sequenceShift(std::uint64_t first) {
+  const auto n = static_cast<std::uint32_t>(first);
+  return {unitFloat(n * kR2xBits), unitFloat(n * kR2yBits)};
 }
 
 float standardError(const std::array<float, kGroups>& sums, float scale) {

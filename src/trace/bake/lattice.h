@@ -1,9 +1,10 @@
-// The low-discrepancy directions of a bake. Each point shifts them by its number, so the result
-// does not depend on the order of threads.
+// The low-discrepancy directions of a bake. Each point shifts them by its rank, so the result does
+// not depend on the order of threads, and neighbours fill each other's gaps.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "core/basis.h"
@@ -13,8 +14,8 @@ namespace catoptric::trace {
 
 /// x - floor(x).
 float fraction(double x);
-/// The random shift of point `number`, in the unit square.
-Vec2 shiftOf(std::size_t number);
+/// The shift that turns the first points of the R2 sequence into those from number `first` on.
+Vec2 sequenceShift(std::uint64_t first);
 /// A point of the unit square, shifted with wrap-around.
 Vec2 shifted(const Vec2& p, const Vec2& shift);
 /// Points number `first` to `first + count - 1` of the R2 sequence in the unit square, sorted along

@@ -17,10 +17,57 @@ constexpr float kOffsetPerEdge = 0.02f;  ///< of a point off its surface; ours
 constexpr float kLargestOffset = 2e-4f;  ///< of the scene's diameter; ours, 2 mm in a room
 constexpr float kPull = 0.1f;            ///< share of the way to the triangles' middle; ours
 constexpr float kPullPerOffset = 5.0f;   ///< most that a point is pulled, in offsets; ours
-/// Differences of up to about the root of this many variances count as noise; ours.
-constexpr float kNoiseFactor = 3.0f;
-constexpr float kNoiseLeft = 0.75f;  ///< of the variance after each iteration; ours
-constexpr int kFillRings = 64;       ///< rings of invalid points that are filled; ours
+/// The difference to expect between neighbours, in those of [Ward1988]; ours, measured in rooms.
+constexpr float kExpectedChange = 1.5f;
+constexpr int kSmoothIterations = 4;  ///< ours; more make corners darker
+constexpr int kFillRings = 64;        ///< rings of invalid points that are filled; ours
+constexpr int kCurveBits = 20;        ///< of each coordinate, for the Morton curve
+
+/// The curve's code of a place in the box that begins at `lower`.
+std::uint64_t mortonCode(const Vec3& place, const Vec3& lower, float size) {
+  std::uint64_t code = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float share = std::clamp((place[axis] - lower[axis]) / size, 0.0f, 1.0f);
+    const auto steps =
+        static_cast<std::uint64_t>(share * static_cast<float>((1 << kCurveBits) - 1));
+    for (int bit = 0; bit < kCurveBits; ++bit) code |= (steps >> bit & 1u) << (3 * bit + axis);
+  }
+  return code;
+}
+
+/// BakePoints::ranks. The points of each of six main directions are numbered together.
+std::vector<std::uint32_t> ranksOf(const frame::Geometry& geometry, const BakePoints& points) {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> codes;
+  codes.reserve(points.size());
+  const float size = std::max(geometry.bounds.diameter(), 1e-30f);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3& n = points.normals[i];
+    const Vec3 a = glm::abs(n);
+    const int axis = a.x >= a.y && a.x >= a.z ? 0 : a.y >= a.z ? 1 : 2;
+    const std::uint64_t side = 2 * axis + (n[axis] < 0.0f ? 1 : 0);
+    codes.emplace_back(
+        side << 3 * kCurveBits | mortonCode(points.positions[i], geometry.bounds.min, size),
+        static_cast<std::uint32_t>(i));
+  }
+  std::sort(codes.begin(), codes.end());
+  std::vector<std::uint32_t> ranks(points.size());
+  for (std::size_t k = 0; k < codes.size(); ++k)
+    ranks[codes[k].second] = static_cast<std::uint32_t>(k);
+  return ranks;
+}
+
+/// Each value is replaced by the mean of it and its neighbours'.
+void averageRing(const BakePoints& points, std::vector<float>& values) {
+  std::vector<float> averaged(values.size());
+  parallelFor(points.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      float sum = values[i];
+      for (std::uint32_t n : points.neighboursOf(i)) sum += values[n];
+      averaged[i] = sum / static_cast<float>(points.neighboursOf(i).size() + 1);
+    }
+  });
+  values.swap(averaged);
+}
 
 }  // namespace
 
@@ -92,6 +139,7 @@ BakePoints makeBakePoints(const frame::Geometry& geometry) {
     points.positions[i] = position + normal * offset;
     points.offsets.push_back(offset);
   }
+  points.ranks = ranksOf(geometry, points);
   return points;
 }
 
@@ -136,35 +184,27 @@ float brightness(const Vec4& value) {
   return rgb > 0.0f ? rgb : value.w;
 }
 
-void smoothValues(const BakePoints& points, int iterations, std::vector<float> noise,
-                  std::vector<Vec4>& values) {
-  // Variances, averaged over two rings.
-  for (float& n : noise) n *= n;
-  std::vector<float> averaged(noise.size());
-  for (int ring = 0; ring < 2; ++ring) {
-    parallelFor(points.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        float sum = noise[i];
-        for (std::uint32_t n : points.neighboursOf(i)) sum += noise[n];
-        averaged[i] = sum / static_cast<float>(points.neighboursOf(i).size() + 1);
-      }
-    });
-    noise.swap(averaged);
-  }
+void smoothValues(const BakePoints& points, const ValueErrors& errors, std::vector<Vec4>& values) {
+  std::vector<float> variances(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) variances[i] = errors.noise[i] * errors.noise[i];
+  averageRing(points, variances);
+  averageRing(points, variances);
 
+  const std::vector<Vec4> measured = values;
   std::vector<Vec4> next(values.size());
-  float left = 1.0f;  // share of the noise that earlier iterations have left
-  for (int iteration = 0; iteration < iterations; ++iteration) {
+  for (int iteration = 0; iteration < kSmoothIterations; ++iteration) {
     parallelFor(points.size(), kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const float own = brightness(values[i]);
-        Vec4 sum = values[i];
+        Vec4 sum = measured[i];
         float total = 1.0f;
         for (std::uint32_t n : points.neighboursOf(i)) {
-          const float difference = brightness(values[n]) - own;
-          const float expected = kNoiseFactor * left * (noise[i] + noise[n]);
-          if (!(expected > 0.0f)) continue;
-          const float w = std::exp(-difference * difference / expected);
+          const float apart = glm::length(points.positions[n] - points.positions[i]);
+          const float turned = glm::length(points.normals[n] - points.normals[i]);
+          const float change = 0.5f * apart * (errors.nearness[i] + errors.nearness[n]) + turned;
+          const float expected = kExpectedChange * change * 0.5f * (own + brightness(values[n]));
+          // A weight of at most 1
+          const float w = variances[i] / std::max({variances[i], expected * expected, 1e-30f});
           sum += w * values[n];
           total += w;
         }
@@ -172,7 +212,6 @@ void smoothValues(const BakePoints& points, int iterations, std::vector<float> n
       }
     });
     values.swap(next);
-    left *= kNoiseLeft;
   }
 }
 

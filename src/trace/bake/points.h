@@ -18,6 +18,9 @@ struct BakePoints {
   std::vector<Vec3> normals;
   std::vector<float> offsets;                ///< metres by which points are lifted off the surface
   std::vector<std::uint32_t> pointOfVertex;  ///< indexed by vertex of the geometry
+  /// Place of each point along a Morton curve through all points that face about the same way.
+  /// Neighbours in space have close ranks.
+  std::vector<std::uint32_t> ranks;
   // Neighbours along triangle edges: those of point i are neighbours[first[i]] to
   // neighbours[first[i + 1] - 1].
   std::vector<std::uint32_t> first;
@@ -41,10 +44,19 @@ float brightness(const Vec4& value);
 void fillInvalid(const BakePoints& points, std::vector<std::uint8_t> valid,
                  std::vector<Vec4>& values);
 
-/// Averages each point with those neighbours whose difference noise can explain. This removes noise
-/// and keeps shadows. `noise`: standard error of each value's brightness(). As this is an estimate
-/// itself, it is first averaged over two rings of neighbours.
-void smoothValues(const BakePoints& points, int iterations, std::vector<float> noise,
-                  std::vector<Vec4>& values);
+/// What the rays of points tell about their values, per point.
+struct ValueErrors {
+  std::vector<float> noise;     ///< standard error of brightness()
+  std::vector<float> nearness;  ///< mean of 1 / distance of what the rays hit, 1/m
+
+  explicit ValueErrors(std::size_t points) : noise(points, 0.0f), nearness(points, 0.0f) {}
+};
+
+/// Averages each point with its neighbours, weighted by the point's variance over the square of the
+/// difference to expect. Light changes by its own amount over the harmonic mean distance of the
+/// surfaces around, or where the normal turns by a radian [Ward1988]: smoothing narrows
+/// near other surfaces and on curved ones. Variances, which are estimates, are first averaged over
+/// two rings of neighbours.
+void smoothValues(const BakePoints& points, const ValueErrors& errors, std::vector<Vec4>& values);
 
 }  // namespace catoptric::trace
