@@ -60,13 +60,16 @@ class StepTimer {
   /// steps of one of several methods that share a frame.
   class Prefix {
    public:
-    Prefix(StepTimer& timer, std::string text) : timer_(timer) { timer_.prefix_ = std::move(text); }
-    ~Prefix() { timer_.prefix_.clear(); }
+    Prefix(StepTimer& timer, const std::string& text) : timer_(timer), length_(timer.prefix_.size()) {
+      timer_.prefix_ += text;
+    }
+    ~Prefix() { timer_.prefix_.resize(length_); }
     Prefix(const Prefix&) = delete;
     Prefix& operator=(const Prefix&) = delete;
 
    private:
     StepTimer& timer_;
+    std::size_t length_;  ///< of the prefix before
   };
 
   /// Returns the collected measurements and removes them.

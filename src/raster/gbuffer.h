@@ -142,6 +142,7 @@ enum MaskBit : std::uint16_t {
   kMaskTowardCamera = shared::kMaskTowardCamera,
   kMaskSteps = shared::kMaskSteps,
   kMaskViewColour = shared::kMaskViewColour,
+  kMaskFallback = shared::kMaskFallback,
 };
 
 }  // namespace catoptric::raster

@@ -21,7 +21,7 @@ struct MaskInfo {
   const char* name;
   const char* meaning;  ///< samples that ...
 };
-inline constexpr std::array<MaskInfo, 13> kMasks = {{
+inline constexpr std::array<MaskInfo, 14> kMasks = {{
     {raster::kMaskEnvironment, "mask.environment", "are shaded from the environment or a cube map"},
     {raster::kMaskDisoccluded, "mask.disoccluded", "reflect what the method has no image of"},
     {raster::kMaskClamped, "mask.clamped", "take their radiance from a texel above 65504"},
@@ -35,6 +35,7 @@ inline constexpr std::array<MaskInfo, 13> kMasks = {{
     {raster::kMaskTowardCamera, "mask.toward_camera", "have a ray that passes the eye"},
     {raster::kMaskSteps, "mask.steps", "have a ray that took all of its steps"},
     {raster::kMaskViewColour, "mask.view_colour", "have a ray that hits a reflector"},
+    {raster::kMaskFallback, "mask.fallback", "are rendered by the method of `fallback`"},
 }};
 
 }  // namespace catoptric::methods

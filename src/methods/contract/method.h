@@ -41,6 +41,8 @@ struct RunSettings {
   /// `disoccluded`, if it can.
   bool countDisocclusions = false;
   bool fresnelSchlick = false;
+  /// Whether another method renders the samples that this one leaves (MethodEntry::leavesSamples).
+  bool leavesSamples = false;
   /// The run's camera path; null: none is known.
   const scene::CameraPath* path = nullptr;
   std::vector<std::string> layers;  ///< requested layers: "Z", "N", "reflection", "diffuse", "id",
@@ -130,6 +132,9 @@ struct FrameOutput {
   Counters counters;
   /// Samples of gbuffer->reflection that may differ from the last frame; nullopt: any.
   std::optional<raster::Region> changedReflection;
+  /// With RunSettings::leavesSamples: R32UI by sample, the object's id where the sample is left to
+  /// the other method, else 0. Its masks say why. Null: there are no reflectors.
+  gl::Texture* left = nullptr;
   std::vector<Table> tables;              ///< the tables of MethodEntry::tables that have rows
   std::vector<SampleLayer> sampleLayers;  ///< the requested layers of MethodEntry::sampleLayers
   /// The frame of a method that renders whole images (MethodPlan::gbuffer is false): R G B A, and
@@ -240,6 +245,9 @@ struct MethodEntry {
   std::unique_ptr<Method> (*make)(const config::Value& options);
   /// Whether Method::unsupported() may name reflectors. Adds the option `unsupported`.
   bool refusesReflectors = false;
+  /// Whether the method can leave samples where it finds nothing (FrameOutput::left). Its option
+  /// `fallback` can then name a method, too.
+  bool leavesSamples = false;
   /// The options with which this method shades reflectors that another method's option
   /// `unsupported` gives to it. Null: `unsupported` cannot name this method.
   const char* fallbackOptions = nullptr;

@@ -29,7 +29,8 @@ namespace shared = screen_space_shared;
 
 enum class Trace : std::uint8_t { HiZ, Dda };
 enum class Glossy : std::uint8_t { Rays, Cone };
-enum class Fallback : std::uint8_t { EnvironmentMap, Traced, Black };
+/// Method: another one, whose samples are left.
+enum class Fallback : std::uint8_t { EnvironmentMap, Traced, Black, Method };
 constexpr auto kTraces = config::names<Trace>({{"hi_z", Trace::HiZ}, {"dda", Trace::Dda}});
 constexpr auto kGlossy = config::names<Glossy>({{"rays", Glossy::Rays}, {"cone", Glossy::Cone}});
 constexpr auto kFallbacks = config::names<Fallback>({{"environment_map", Fallback::EnvironmentMap},
@@ -110,12 +111,13 @@ class ScreenSpace : public Method {
 
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
+    const Fallback fallback = fallbackOf(settings);
     plan.gbuffer = true;
     plan.masks = raster::kMaskSky | raster::kMaskOffscreen | raster::kMaskBehind |
                  raster::kMaskBackface | raster::kMaskTowardCamera | raster::kMaskSteps |
                  raster::kMaskBelowHorizon | raster::kMaskViewColour;
-    if (options_.fallback == Fallback::EnvironmentMap) plan.masks |= raster::kMaskEnvironment;
-    if (options_.fallback == Fallback::Traced) plan.masks |= raster::kMaskRetraced;
+    if (fallback == Fallback::EnvironmentMap) plan.masks |= raster::kMaskEnvironment;
+    if (fallback == Fallback::Traced) plan.masks |= raster::kMaskRetraced;
     if (settings.countDisocclusions) plan.masks |= raster::kMaskDisoccluded;
     const Reflectors reflectors = findReflectors(scene, settings.reflectors);
     if (!reflectors.any()) return plan;
@@ -138,9 +140,12 @@ class ScreenSpace : public Method {
       plan.items.push_back({"resource", "colours",
                             "RGBA32F by sample and layer, with 6 coarser levels: what cones see",
                             pyramidBytes(width, height, 16) * layers()});
-    if (options_.fallback == Fallback::EnvironmentMap)
+    if (fallback == Fallback::EnvironmentMap)
       plan.add(cubeMapItems(options_.faceSize, scene.animated()));
-    if (options_.fallback == Fallback::Traced) {
+    if (fallback == Fallback::Method)
+      plan.items.push_back({"resource", "left", "R32UI by sample: samples of the method of fallback",
+                            4 * settings.sampleCount()});
+    if (fallback == Fallback::Traced) {
       plan.trace = true;
       plan.add(tracedItems(settings, "samples with a ray that found nothing"));
     }
@@ -158,6 +163,7 @@ class ScreenSpace : public Method {
 
   void prepare(Services& services, const RunSettings& settings) override {
     settings_ = settings;
+    options_.fallback = fallbackOf(settings);
     reflectors_ = findReflectors(services.scene, settings.reflectors);
     if (!reflectors_.any()) return;
     refractive_ = raster::RefractiveSamples(services.scene);
@@ -183,8 +189,9 @@ class ScreenSpace : public Method {
     if (reflectors_.glossy) glossy_ = program(services, options_.rays);
     std::vector<gl::Attachment> targets{{.texture = gbuffer.reflection}};
     if (settings.masks) targets.push_back({.texture = gbuffer.masks});
-    if (options_.fallback == Fallback::Traced) {
-      missed_ = gl::Texture::make2D("rays that found nothing", GL_R8UI, width, height);
+    if (marksMisses()) {
+      missed_ = gl::Texture::make2D("rays that found nothing",
+                                    settings.leavesSamples ? GL_R32UI : GL_R8UI, width, height);
       targets.push_back({.texture = missed_});
     }
     target_ = gl::Framebuffer("screen space", targets, {.texture = gbuffer.depth});
@@ -233,6 +240,7 @@ class ScreenSpace : public Method {
                                raster::kMaskRetraced, &missed_},
                               input.frame.camera, services, bands_)
                      .samples;
+      if (options_.fallback == Fallback::Method) output.left = &missed_;
     }
     if (settings_.countDisocclusions) {
       screen_space::Disocclusions counted;
@@ -259,6 +267,12 @@ class ScreenSpace : public Method {
     cubeMap_.follow(input, services, services.geometry.bounds.centre(), options_.faceSize);
   }
 
+  Fallback fallbackOf(const RunSettings& settings) const {
+    return settings.leavesSamples ? Fallback::Method : options_.fallback;
+  }
+  bool marksMisses() const {
+    return options_.fallback == Fallback::Traced || options_.fallback == Fallback::Method;
+  }
   bool cones(const Reflectors& reflectors) const {
     return options_.glossy == Glossy::Cone && reflectors.glossy;
   }
@@ -285,6 +299,7 @@ class ScreenSpace : public Method {
     std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
     const int fallback = options_.fallback == Fallback::EnvironmentMap ? 1
                          : options_.fallback == Fallback::Traced       ? 2
+                         : options_.fallback == Fallback::Method       ? 3
                                                                        : 0;
     defines.insert(defines.end(), {{"HI_Z", options_.trace == Trace::HiZ ? "1" : "0"},
                                    {"LAYERS", std::to_string(layers())},
@@ -356,7 +371,7 @@ class ScreenSpace : public Method {
 
   // One full-screen pass per kind of reflector, on its stencil class alone.
   void march(Services& services, const scene::Camera& camera) {
-    if (options_.fallback == Fallback::Traced) target_.clearColorUint(settings_.masks ? 2 : 1, 0);
+    if (marksMisses()) target_.clearColorUint(settings_.masks ? 2 : 1, 0);
     if (settings_.countDisocclusions) endsTarget_.clearColorUint(0, 0);
     const std::array<std::uint32_t, shared::kCounts> zeros{};
     counts_.write(0, sizeof zeros, zeros.data());
@@ -430,7 +445,8 @@ class ScreenSpace : public Method {
   gl::Program coarser_;
   gl::Program mirrors_;
   gl::Program glossy_;
-  gl::Texture missed_;  ///< R8UI: whether a ray of the sample found nothing
+  /// Whether a ray of the sample found nothing: R8UI; for a method of `fallback` R32UI, the object.
+  gl::Texture missed_;
   gl::Texture ends_;    ///< R32UI: with count_disocclusions, how rays ended
   gl::Framebuffer endsTarget_;
   gl::Framebuffer target_;
@@ -495,7 +511,8 @@ const MethodEntry& screenSpaceEntry() {
         const Options read = optionTable().parse(options);
         refuseIdle(read, options);
         return std::make_unique<ScreenSpace>(read);
-      }};
+      },
+      .leavesSamples = true};
   return entry;
 }
 

@@ -1,6 +1,7 @@
 #include "methods/shared/share.h"
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gl/draw_state.h"
@@ -75,6 +76,35 @@ std::uint64_t Share::countShown(const raster::GBuffer& gbuffer) const {
   gl::drawFullScreenTriangle();
   counter_.end();
   return counter_.read();
+}
+
+LeftSamples::LeftSamples(const raster::GBuffer& gbuffer, bool masks) {
+  if (!masks) return;
+  before_ = gl::Texture::make2D("masks before the fallback", GL_R16UI, gbuffer.sampleWidth(),
+                                gbuffer.sampleHeight());
+  merge_ = gl::Program::fullScreen("masks of left samples", "methods/shared/shaders/left.frag", {});
+}
+
+void LeftSamples::begin(raster::GBuffer& gbuffer, gl::Texture& left) const {
+  std::swap(gbuffer.object, left);
+  if (before_.empty()) return;
+  const raster::Rectangle all{0, 0, gbuffer.sampleWidth(), gbuffer.sampleHeight()};
+  raster::copyTexels(gbuffer.masks, before_, {&all, 1});
+}
+
+void LeftSamples::end(raster::GBuffer& gbuffer, gl::Texture& left) {
+  std::swap(gbuffer.object, left);
+  if (before_.empty()) return;
+  gbuffer.reflectionFramebuffer.bind();
+  gl::DrawState state;
+  state.colors = 0;
+  const gl::DrawScope scope(state);
+  merge_.use();
+  before_.bind(0);
+  left.bind(1);
+  gbuffer.masks.bindImage(0, GL_READ_WRITE);
+  gl::drawFullScreenTriangle();
+  glMemoryBarrier(GL_ALL_BARRIER_BITS);
 }
 
 }  // namespace catoptric::methods

@@ -34,4 +34,21 @@ class Share {
   gl::Texture own_;  ///< R8UI, indexed by object id
 };
 
+/// Shows a method only the samples that another one left (FrameOutput::left), and keeps their masks.
+class LeftSamples {
+ public:
+  LeftSamples() = default;
+  LeftSamples(const raster::GBuffer& gbuffer, bool masks);
+
+  /// From here to end(), the G-buffer has the object ids of the left samples alone. `left` holds
+  /// those of all.
+  void begin(raster::GBuffer& gbuffer, gl::Texture& left) const;
+  /// Adds the bits that masks had at begin(), and kMaskFallback for the samples that were left.
+  void end(raster::GBuffer& gbuffer, gl::Texture& left);
+
+ private:
+  gl::Texture before_;  ///< masks at begin(); empty without masks
+  gl::Program merge_;
+};
+
 }  // namespace catoptric::methods

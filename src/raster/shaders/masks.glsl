@@ -13,4 +13,5 @@ const uint kMaskBackface = 2048u;      // mask.backface
 const uint kMaskTowardCamera = 4096u;  // mask.toward_camera
 const uint kMaskSteps = 8192u;         // mask.steps
 const uint kMaskViewColour = 16384u;   // mask.view_colour: no miss, but the hit surface reflects
-// 64 and 128 are for a method's own marks, which no layer shows; 32768 is free.
+const uint kMaskFallback = 32768u;     // mask.fallback: another method renders the sample
+// 64 and 128 are for a method's own marks, which no layer shows.

@@ -12,34 +12,11 @@
 #include "core/input_files.h"
 #include "image/image.h"
 #include "methods/contract/method.h"
+#include "run/config/method_config.h"
 #include "scene/daylight.h"
 #include "scene/scene.h"
 
 namespace catoptric::run {
-
-/// A member of an entry's `reflectors`: assigns some reflective objects to a method.
-struct ReflectorRule {
-  std::string pattern;    ///< an object's name; with a trailing *, a prefix of names; or a kind
-  std::string id;         ///< the method's id in the registry
-  config::Value options;  ///< checked against the method's schema
-  std::string effective;  ///< canonical JSON of the options, with defaults
-  config::Value place;    ///< the place in the config, for messages
-};
-
-/// One entry of `methods`: a method with its options, under its own name.
-struct MethodConfig {
-  std::string name;       ///< used for the folder of its frames and its row in tables
-  std::string id;         ///< the method's id in the registry
-  config::Value options;  ///< checked against the method's schema
-  std::string effective;  ///< canonical JSON of the options, with defaults
-  std::vector<ReflectorRule> reflectors = {};  ///< the method itself shades all other reflectors
-  /// The id of the method that shades reflectors which the entry's method does not support;
-  /// "error": there is none, and the run fails.
-  std::string unsupported = "error";
-
-  /// Adds everything that determines the method's pixels: method, options, reflectors, unsupported.
-  void addSettings(config::JsonText& text) const;
-};
 
 struct PreviewConfig {
   bool enabled = true;
@@ -98,11 +75,6 @@ struct RunConfig {
 
 /// The schema of run configs, without the methods' own options.
 const config::Schema& runSchema();
-/// The ids of methods that may shade reflectors which another method does not support.
-std::vector<std::string> fallbackMethods();
-/// The schema of one entry of `methods`: name, method, and the method's own options.
-config::Schema methodSchema(const methods::MethodEntry& entry);
-
 /// Checks and reads a run config; its paths are relative to its file. Throws one UsageError with
 /// all errors, one per line. If `methods` is not empty, these methods are run instead of the
 /// config's; a name that the config contains keeps its options.
@@ -114,9 +86,6 @@ RunConfig readRunConfig(const config::Value& root, const std::filesystem::path& 
 /// methods with their defaults.
 config::Value configOfScene(const std::filesystem::path& scene,
                             const std::vector<std::string>& methods);
-
-/// The name of an entry of `methods`; empty: it has none.
-std::string entryName(const config::Value& entry);
 
 /// The kind of a JSON file, recognised by the names of its members.
 enum class FileKind { Unknown, RunConfig, Scene, Path };

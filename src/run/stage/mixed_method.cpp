@@ -34,6 +34,8 @@ struct Part {
   std::vector<std::string> because;  ///< what the config says of them
   std::string fills;                 ///< line of the plan
   bool fallback = false;             ///< fills what others cannot do
+  bool leaves = false;               ///< the next part renders the samples that it leaves
+  bool takesLeft = false;            ///< that next part
   std::vector<std::string> tables;   ///< that its method can have
   bool renamesTables = false;        ///< an earlier part has tables of these names
 };
@@ -75,10 +77,14 @@ class MixedMethod : public methods::Method, public methods::KeepsFrames {
       all.trace = all.trace || own.trace;
       all.masks |= own.masks;
       all.bvh = std::max(all.bvh, own.bvh);  // the one that follows motion more closely
+      if (part.takesLeft) all.masks |= raster::kMaskFallback;
       if (own.bounces > 0 && fillsBody(part, scene) &&
           (all.bounces == 0 || own.bounces < all.bounces))
         all.bounces = own.bounces;
       all.items.push_back({"method", part.label, part.fills, 0});
+      if (part.takesLeft && settings.masks)
+        all.items.push_back({"resource", part.prefix + "masks before it", "R16UI by sample",
+                             2 * settings.sampleCount()});
       for (methods::PlanItem item : own.items) {
         item.name = part.prefix + item.name;
         all.items.push_back(std::move(item));
@@ -93,6 +99,7 @@ class MixedMethod : public methods::Method, public methods::KeepsFrames {
       const frame::StepTimer::Prefix prefix(services.timer, part.prefix);
       part.method->prepare(services, settingsOf(part, settings));
       shares_.emplace_back(services.scene.objects.size(), frame::ObjectSet(part.own));
+      if (part.takesLeft) leftSamples_ = methods::LeftSamples(*services.gbuffer, masks_);
     }
   }
 
@@ -101,15 +108,22 @@ class MixedMethod : public methods::Method, public methods::KeepsFrames {
     if (masks_) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
     methods::FrameInput whole = input;
     whole.changedSamples.reset();  // others have written beside a part's own samples
+    gl::Texture* left = nullptr;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const Part& part = parts_[i];
       const frame::StepTimer::Prefix prefix(services.timer, part.prefix);
       methods::FrameOutput own;
+      if (part.takesLeft && left == nullptr) continue;
+      if (part.takesLeft) leftSamples_.begin(*services.gbuffer, *left);
       shares_[i].hideOthers(*services.gbuffer);
       part.method->render(whole, services, own);
       if (part.fallback)
         output.counters["unsupported_reflector"] += shares_[i].countShown(*services.gbuffer);
+      if (part.takesLeft)
+        output.counters["fallback_samples"] = shares_[i].countShown(*services.gbuffer);
       shares_[i].showAll(*services.gbuffer);
+      if (part.takesLeft) leftSamples_.end(*services.gbuffer, *left);
+      left = own.left;
       take(part, std::move(own), output);
     }
   }
@@ -136,6 +150,7 @@ class MixedMethod : public methods::Method, public methods::KeepsFrames {
   static methods::RunSettings settingsOf(const Part& part, const methods::RunSettings& settings) {
     methods::RunSettings own = settings;
     own.reflectors = frame::ObjectSet(part.own);
+    own.leavesSamples = part.leaves;
     return own;
   }
 
@@ -155,6 +170,7 @@ class MixedMethod : public methods::Method, public methods::KeepsFrames {
 
   std::vector<Part> parts_;
   std::vector<methods::Share> shares_;  ///< one per part
+  methods::LeftSamples leftSamples_;
   bool masks_ = false;
 };
 
@@ -162,24 +178,29 @@ class MixedMethod : public methods::Method, public methods::KeepsFrames {
 class Assignment {
  public:
   Assignment(const MethodConfig& config, const scene::Scene& scene,
-             const std::vector<MethodEntry>& registry)
-      : config_(config), scene_(scene), registry_(registry) {
-    classes_ = methods::findReflectors(scene).classOf;
-    reflective_ = methods::findReflectors(scene).reflects();
+             const methods::RunSettings& settings, const std::vector<MethodEntry>& registry)
+      : config_(config), scene_(scene), settings_(settings), registry_(registry) {
+    const methods::Reflectors found = methods::findReflectors(scene, settings.reflectors);
+    classes_ = found.classOf;
+    reflective_ = found.reflects();
     partOf(config.id, config.options, config.effective,
            "reflectors for which no other method is given");
   }
 
   /// Methods that render whole images cannot share one, even where no reflector is theirs.
-  void requireSamples(const methods::RunSettings& settings) const {
+  void requireSamples() const {
     const auto shares = [&](const std::string& id, const config::Value& options) {
-      return entryOf(id).make(options)->plan(scene_, settings).gbuffer;
+      return entryOf(id).make(options)->plan(scene_, settings_).gbuffer;
     };
     const std::string why = " renders only whole images; it cannot be used in \"reflectors\"";
     for (const ReflectorRule& rule : config_.reflectors)
       if (!shares(rule.id, rule.options)) rule.place.fail(rule.id + why);
     if (!config_.reflectors.empty() && !shares(config_.id, config_.options))
       throw UsageError(config_.name + ": " + config_.id + why);
+    for (const MethodConfig& fallback : config_.fallback)
+      if (!shares(fallback.id, fallback.options))
+        throw UsageError(config_.name + ": " + fallback.id +
+                         " renders only whole images; it cannot be a \"fallback\"");
   }
 
   void byNames() {
@@ -215,6 +236,23 @@ class Assignment {
     fallback.own = std::move(moved);
     fallback.because = {"reflectors that their method cannot render, by \"unsupported\""};
     parts_.push_back(std::move(fallback));
+  }
+
+  /// What the entry's method leaves goes to the method of `fallback`.
+  void left() {
+    for (const MethodConfig& config : config_.fallback) {
+      Part rest;
+      rest.id = config.id;
+      rest.takesLeft = parts_.front().leaves = true;
+      rest.own = parts_.front().own;
+      rest.because = {"samples that " + config_.id + " leaves"};
+      methods::RunSettings settings = settings_;
+      settings.reflectors = frame::ObjectSet(rest.own);
+      rest.method = makeMethod(config, scene_, settings, registry_);
+      for (const methods::TableInfo& table : entryOf(config.id).tables)
+        rest.tables.push_back(table.name);
+      parts_.insert(parts_.begin() + 1, std::move(rest));
+    }
   }
 
   /// Those that fill something; the entry's own stays beside others, so that it counts its zeros.
@@ -356,6 +394,7 @@ class Assignment {
 
   const MethodConfig& config_;
   const scene::Scene& scene_;
+  const methods::RunSettings& settings_;
   const std::vector<MethodEntry>& registry_;
   std::vector<SampleClass> classes_;  ///< by object id
   std::vector<bool> reflective_;      ///< by index of objects
@@ -367,10 +406,11 @@ class Assignment {
 std::unique_ptr<methods::Method> makeMethod(const MethodConfig& config, const scene::Scene& scene,
                                             const methods::RunSettings& settings,
                                             const std::vector<MethodEntry>& registry) {
-  Assignment assignment(config, scene, registry);
-  assignment.requireSamples(settings);
+  Assignment assignment(config, scene, settings, registry);
+  assignment.requireSamples();
   assignment.byNames();
   assignment.unsupported();
+  assignment.left();
   std::vector<Part> parts = assignment.take();
   if (parts.size() == 1 && !parts.front().fallback) return std::move(parts.front().method);
   return std::make_unique<MixedMethod>(std::move(parts));

@@ -56,6 +56,8 @@ const std::vector<methods::CounterInfo>& pipelineCounters() {
        "samples of reflectors that the method cannot render, and "
        "another method does",
        false, "`unsupported` other than \"error\", if the scene has such reflectors"},
+      {"fallback_samples", "samples that the method of `fallback` rendered", false,
+       "`fallback` that is a method"},
       {"clamped_half", "colour values above the range of half floats", true},
   };
   return counters;

@@ -3,7 +3,7 @@
 //   LOBE_HORIZONS  1: rays of lobes are bounded by the G-buffer's lobe horizons, else by normals
 //   CONE           1: instead of a lobe's rays, one that is as wide as the lobe
 //   FOUND          1: the end of each ray is stored, and where it hit
-//   FALLBACK       0: black; 1: the cube map; 2: rays are traced later
+//   FALLBACK       0: black; 1: the cube map; 2: rays are traced later; 3: another method follows
 //   MASKS          1: samples are marked by the ends of their rays
 //   LAYERS         2: there is a second layer of surfaces (march.glsl)
 #include "raster/shaders/lobe.glsl"
@@ -63,8 +63,8 @@ layout(location = 0) out vec4 reflection;
 #if MASKS
 layout(location = 1) out uint mask;
 #endif
-#if FALLBACK == 2
-layout(location = 1 + MASKS) out uint missed;  // 1: a ray found nothing
+#if FALLBACK >= 2
+layout(location = 1 + MASKS) out uint missed;  // a ray found nothing: 1, or the sample's object
 #endif
 
 // By the end of a ray
@@ -169,8 +169,9 @@ void main() {
 #if MASKS
   mask = bits;
 #endif
-#if FALLBACK == 2
+#if FALLBACK >= 2
   const uint kMisses = kMaskOffscreen | kMaskBehind | kMaskBackface | kMaskTowardCamera | kMaskSteps;
-  missed = (bits & kMisses) != 0u ? 1u : 0u;
+  uint marked = FALLBACK == 2 ? 1u : imageLoad(objectSamples, at).r;
+  missed = (bits & kMisses) != 0u ? marked : 0u;
 #endif
 }
