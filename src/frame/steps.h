@@ -60,7 +60,8 @@ class StepTimer {
   /// steps of one of several methods that share a frame.
   class Prefix {
    public:
-    Prefix(StepTimer& timer, const std::string& text) : timer_(timer), length_(timer.prefix_.size()) {
+    Prefix(StepTimer& timer, const std::string& text)
+        : timer_(timer), length_(timer.prefix_.size()) {
       timer_.prefix_ += text;
     }
     ~Prefix() { timer_.prefix_.resize(length_); }

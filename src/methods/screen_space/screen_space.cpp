@@ -143,7 +143,8 @@ class ScreenSpace : public Method {
     if (fallback == Fallback::EnvironmentMap)
       plan.add(cubeMapItems(options_.faceSize, scene.animated()));
     if (fallback == Fallback::Method)
-      plan.items.push_back({"resource", "left", "R32UI by sample: samples of the method of fallback",
+      plan.items.push_back({"resource", "left",
+                            "R32UI by sample: samples of the method of fallback",
                             4 * settings.sampleCount()});
     if (fallback == Fallback::Traced) {
       plan.trace = true;
@@ -447,7 +448,7 @@ class ScreenSpace : public Method {
   gl::Program glossy_;
   /// Whether a ray of the sample found nothing: R8UI; for a method of `fallback` R32UI, the object.
   gl::Texture missed_;
-  gl::Texture ends_;    ///< R32UI: with count_disocclusions, how rays ended
+  gl::Texture ends_;  ///< R32UI: with count_disocclusions, how rays ended
   gl::Framebuffer endsTarget_;
   gl::Framebuffer target_;
   gl::Buffer counts_;

@@ -34,7 +34,8 @@ class Share {
   gl::Texture own_;  ///< R8UI, indexed by object id
 };
 
-/// Shows a method only the samples that another one left (FrameOutput::left), and keeps their masks.
+/// Shows a method only the samples that another one left (FrameOutput::left), and keeps their
+/// masks.
 class LeftSamples {
  public:
   LeftSamples() = default;

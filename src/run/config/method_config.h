@@ -42,7 +42,8 @@ std::vector<std::string> fallbackMethods();
 /// The schema of one entry of `methods`: name, method, and the method's own options.
 config::Schema methodSchema(const methods::MethodEntry& entry);
 
-/// All entries of the config's `methods`, each checked against its schema. A name twice is an error.
+/// All entries of the config's `methods`, each checked against its schema. A name twice is an
+/// error.
 std::vector<MethodConfig> readMethods(const config::Value& methods,
                                       const std::vector<methods::MethodEntry>& registry,
                                       config::Errors& errors);

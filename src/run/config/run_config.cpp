@@ -280,7 +280,8 @@ RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
   Errors errors;
   errors.add(config::check(root, runSchema()));
   if (root.kind() != Value::Kind::Object) errors.throwIfAny();
-  const std::vector<MethodConfig> configured = readMethods(config::valueOr(root, runSchema(), "methods"), registry, errors);
+  const std::vector<MethodConfig> configured =
+      readMethods(config::valueOr(root, runSchema(), "methods"), registry, errors);
   errors.throwIfAny();
 
   RunConfig run;

@@ -116,11 +116,10 @@ class MixedMethod : public methods::Method, public methods::KeepsFrames {
       if (part.takesLeft && left == nullptr) continue;
       if (part.takesLeft) leftSamples_.begin(*services.gbuffer, *left);
       shares_[i].hideOthers(*services.gbuffer);
+      if (part.fallback || part.takesLeft)
+        output.counters[part.fallback ? "unsupported_reflector" : "fallback_samples"] +=
+            shares_[i].countShown(*services.gbuffer);
       part.method->render(whole, services, own);
-      if (part.fallback)
-        output.counters["unsupported_reflector"] += shares_[i].countShown(*services.gbuffer);
-      if (part.takesLeft)
-        output.counters["fallback_samples"] = shares_[i].countShown(*services.gbuffer);
       shares_[i].showAll(*services.gbuffer);
       if (part.takesLeft) leftSamples_.end(*services.gbuffer, *left);
       left = own.left;

@@ -137,6 +137,49 @@ TEST(Mixture, EachMethodMakesItsReflectorsSamples) {
   EXPECT_EQ(moved.differing(traced, kGlossy).first, 0);
 }
 
+/// The samples that screen_space leaves are those of the whole other method, bit for bit; the
+/// others are screen_space's; and masks keep the reasons.
+TEST(Mixture, LeftSamplesAreTheFallbacksOwn) {
+  const Frame alone(R"({"method": "screen_space", "fallback": "black"})");
+  for (const std::string fallback :
+       {R"("billboards")", R"("depth_impostors")",
+        R"({"method": "environment_map", "proxy": "box"})", R"({"method": "traced"})",
+        R"({"method": "planar", "unsupported": "traced"})"}) {
+    SCOPED_TRACE(fallback);
+    const Frame whole(fallback);
+    const Frame hybrid(R"({"method": "screen_space", "fallback": )" + fallback + "}");
+    std::uint64_t left = 0;
+    int wrong = 0;
+    for (std::size_t at = 0; at < hybrid.object.size(); ++at) {
+      const bool taken = (hybrid.masks[at] & raster::kMaskFallback) != 0;
+      const Frame& owner = taken ? whole : alone;
+      const int marks =
+          taken ? alone.masks[at] | whole.masks[at] | raster::kMaskFallback : alone.masks[at];
+      left += taken ? 1 : 0;
+      wrong += hybrid.masks[at] == marks &&
+                       std::equal(&hybrid.reflection[4 * at], &hybrid.reflection[4 * at] + 3,
+                                  &owner.reflection[4 * at])
+                   ? 0
+                   : 1;
+    }
+    EXPECT_EQ(wrong, 0);
+    EXPECT_GT(left, 500u);
+    EXPECT_EQ(hybrid.output.counters.at("fallback_samples"), left);
+    EXPECT_EQ(hybrid.output.counters.at("hits"), alone.output.counters.at("hits"));
+    EXPECT_EQ(hybrid.object, whole.object);
+  }
+}
+
+TEST(Mixture, AMixtureAsFallbackNamesItsSteps) {
+  const Frame hybrid(
+      R"({"method": "screen_space", "fallback": {"method": "planar", "unsupported": "traced"}})");
+  const auto has = [&](const std::string& step) {
+    return std::ranges::find(hybrid.steps, step, &frame::StepSample::step) != hybrid.steps.end();
+  };
+  EXPECT_TRUE(has("march"));
+  EXPECT_TRUE(has("planar.traced.trace"));
+}
+
 TEST(Mixture, OneMethodForAllIsThatMethod) {
   const Frame traced(R"("traced")");
   const Frame given(R"({"method": "environment_map", "reflectors": {"*": "traced"}})");
@@ -195,7 +238,8 @@ TEST(Mixture, MethodsOfWholeImagesAreRefusedWhereNoReflectorIsTheirs) {
   scene::Scene scene = room();
   scene.objects.pop_back();  // the glossy one
   for (const char* config : {R"({"method": "traced", "reflectors": {"glossy": "reference"}})",
-                             R"({"method": "reference", "reflectors": {"glossy": "traced"}})"})
+                             R"({"method": "reference", "reflectors": {"glossy": "traced"}})",
+                             R"({"method": "screen_space", "fallback": "reference"})"})
     EXPECT_THAT(
         [&] { methodOf(config, scene); },
         testing::ThrowsMessage<UsageError>(HasSubstr("reference renders only whole images")));
@@ -352,6 +396,23 @@ TEST(Mixture, WrongNamesAreErrors) {
   EXPECT_THAT(errorOf(withRule("pane", "reference")), HasSubstr("renders only whole images"));
   EXPECT_THAT(errorOf(R"({"method": "traced", "unsupported": "traced"})"),
               HasSubstr("unsupported"));
+  EXPECT_THAT(errorOf(R"({"method": "traced", "fallback": "second_order"})"),
+              HasSubstr("fallback"));
+  EXPECT_THAT(errorOf(R"({"method": "screen_space", "fallback": "tracd"})"),
+              HasSubstr(R"X("tracd" is not a method (did you mean "traced"?))X"));
+  EXPECT_THAT(errorOf(R"({"method": "screen_space", "fallback": {"method": "screen_space"}})"),
+              HasSubstr("would find nothing there either"));
+  EXPECT_THAT(
+      errorOf(R"({"method": "screen_space", "fallback": {"method": "traced", "alpha": 1}})"),
+      HasSubstr("alpha"));
+  EXPECT_THAT(errorOf(R"({"method": "screen_space", "fallback":
+                          {"method": "traced", "name": "rest"}})"),
+              HasSubstr("a fallback has no folder of its own"));
+  EXPECT_THAT(errorOf(R"({"method": "screen_space", "fallback": 3})"),
+              HasSubstr("neither a method's name nor an object"));
+  EXPECT_THAT(errorOf(R"({"method": "traced", "reflectors":
+                          {"pane": {"method": "screen_space", "fallback": "second_order"}}})"),
+              HasSubstr("allowed: environment_map, traced, black"));
   EXPECT_THAT(errorOf(R"({"method": "traced", "reflectors":
                           {"pane": {"method": "perturbation", "unsupported": "traced"}}})"),
               HasSubstr(R"("unsupported" is for entries of methods)"));
