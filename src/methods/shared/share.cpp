@@ -90,6 +90,7 @@ void LeftSamples::begin(raster::GBuffer& gbuffer, gl::Texture& left) const {
   if (before_.empty()) return;
   const raster::Rectangle all{0, 0, gbuffer.sampleWidth(), gbuffer.sampleHeight()};
   raster::copyTexels(gbuffer.masks, before_, {&all, 1});
+  gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
 }
 
 void LeftSamples::end(raster::GBuffer& gbuffer, gl::Texture& left) {

@@ -41,8 +41,8 @@ class LeftSamples {
   LeftSamples() = default;
   LeftSamples(const raster::GBuffer& gbuffer, bool masks);
 
-  /// From here to end(), the G-buffer has the object ids of the left samples alone. `left` holds
-  /// those of all.
+  /// From here to end(), the G-buffer has the object ids of the left samples alone; `left` holds
+  /// those of all. Clears the masks.
   void begin(raster::GBuffer& gbuffer, gl::Texture& left) const;
   /// Adds the bits that masks had at begin(), and kMaskFallback for the samples that were left.
   void end(raster::GBuffer& gbuffer, gl::Texture& left);

@@ -139,6 +139,7 @@ std::optional<MethodConfig> readMethod(const Value& value,
   MethodConfig method;
   method.id = id;
   method.name = id;
+  method.place = value;
   if (isName) {
     method.options = config::parseText("{}", value.place().file);
   } else {
@@ -220,11 +221,8 @@ Schema methodSchema(const methods::MethodEntry& entry) {
   }
   schema.fields.insert(schema.fields.end(), entry.options.fields.begin(),
                        entry.options.fields.end());
-  if (entry.leavesSamples) {
-    const auto fallback = std::ranges::find(schema.fields, "fallback", &Field::name);
-    fallback->type = config::FieldType::Any;
-    fallback->help += "; or a method (a name or an object), which renders these samples";
-  }
+  if (entry.leavesSamples)
+    std::ranges::find(schema.fields, "fallback", &Field::name)->type = config::FieldType::Any;
   return schema;
 }
 

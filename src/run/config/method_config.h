@@ -31,6 +31,7 @@ struct MethodConfig {
   std::string unsupported = "error";
   /// The method that renders the samples which the entry's method leaves; empty: none.
   std::vector<MethodConfig> fallback = {};
+  config::Value place = {};  ///< the place in the config, for messages
 
   /// Adds everything that determines the method's pixels: method, options, reflectors,
   /// unsupported, fallback.

@@ -349,7 +349,7 @@ Plan makePlan(const RunConfig& run, const scene::Scene& scene,
     PlannedMethod method;
     method.name = run.methods[i].name;
     method.id = run.methods[i].id;
-    method.mixed = !run.methods[i].reflectors.empty();
+    method.mixed = !run.methods[i].reflectors.empty() || !run.methods[i].fallback.empty();
     method.needs = made[i]->plan(scene, run.image);
     method.needs.gl = method.needs.gl || method.needs.gbuffer;
     plan.gl = plan.gl || method.needs.gl;

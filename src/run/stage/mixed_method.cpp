@@ -195,11 +195,11 @@ class Assignment {
     for (const ReflectorRule& rule : config_.reflectors)
       if (!shares(rule.id, rule.options)) rule.place.fail(rule.id + why);
     if (!config_.reflectors.empty() && !shares(config_.id, config_.options))
-      throw UsageError(config_.name + ": " + config_.id + why);
+      config_.place.fail(config_.id + why);
     for (const MethodConfig& fallback : config_.fallback)
       if (!shares(fallback.id, fallback.options))
-        throw UsageError(config_.name + ": " + fallback.id +
-                         " renders only whole images; it cannot be a \"fallback\"");
+        fallback.place.fail(fallback.id +
+                            " renders only whole images; it cannot be a \"fallback\"");
   }
 
   void byNames() {
