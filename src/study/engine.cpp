@@ -31,7 +31,7 @@ std::vector<std::size_t> orderOf(std::size_t settings, int round, int frame, std
 
 /// How wide the interval of a clear ratio may be (high / low - 1): this fraction of |log ratio|,
 /// but within these bounds; ours. Such an interval ends far from 1. Intervals contain the true
-/// value as often as with a fixed number of rounds (engine_test.cpp).
+/// value at least 95 % of the time (engine_test.cpp).
 constexpr double kWideOfDistance = 0.4;
 constexpr double kWide = 0.04;
 constexpr double kWidest = 0.1;

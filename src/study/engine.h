@@ -57,8 +57,9 @@ struct TurnOptions {
   /// most kMostLonger times as many rounds. Otherwise another program that runs for a second could
   /// disturb all rounds.
   double leastSeconds = 0.0;
-  /// Then rounds continue with the settings whose `growth` is above 1, and the first one, but each
-  /// at most for this long. It says how many times as many rounds each setting needs.
+  /// Then rounds continue with the settings whose `growth` is above 1, each at most for this long,
+  /// and with the first one as long as any other continues. `growth` says how many times as many
+  /// rounds each setting needs.
   double mostSeconds = 0.0;
   std::function<std::vector<double>(const Measurement&)> growth;
   FirstFrames first = FirstFrames::Never;

@@ -55,8 +55,8 @@ struct Ratio {
   int frames = 0;
 };
 
-/// The ratio of two settings from the rounds and frames that both have, measured directly after one
-/// another.
+/// The ratio of two settings, from the first rounds, as many as both have. They were measured
+/// directly after one another.
 /// A frame's ratio is the median over its rounds, so a single disturbed time has no influence.
 /// Frames are weighted by their times. The interval is computed over rounds, because frames of one
 /// round share its disturbances. Exchanging the settings yields exactly the reciprocal.

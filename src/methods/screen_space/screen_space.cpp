@@ -70,8 +70,8 @@ const config::OptionTable<Options>& optionTable() {
        field(&Options::glossy, "glossy", kGlossy, "a lobe's rays, or one ray as wide")
            .trade("rays,cone"),
        field(&Options::fallback, "fallback", kFallbacks,
-             "what rays see that find nothing: the cube map or black; samples with such a ray can "
-             "be traced, or given to another method (a name or an object)"),
+             "what shades rays without a hit: the cube map or black. traced, or another method (a "
+             "name or an object), shades the whole sample again"),
        field(&Options::faceSize, "face_size", range(1, 4096), kFaceSizeHelp)});
   return table;
 }

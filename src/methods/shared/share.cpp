@@ -78,24 +78,28 @@ std::uint64_t Share::countShown(const raster::GBuffer& gbuffer) const {
   return counter_.read();
 }
 
-LeftSamples::LeftSamples(const raster::GBuffer& gbuffer, bool masks) {
-  if (!masks) return;
-  before_ = gl::Texture::make2D("masks before the fallback", GL_R16UI, gbuffer.sampleWidth(),
-                                gbuffer.sampleHeight());
-  merge_ = gl::Program::fullScreen("masks of left samples", "methods/shared/shaders/left.frag", {});
+OnlyLeftSamples::OnlyLeftSamples(raster::GBuffer& gbuffer, gl::Texture& left)
+    : shown_(gbuffer.object), others_(left) {
+  std::swap(shown_, others_);
 }
 
-void LeftSamples::begin(raster::GBuffer& gbuffer, gl::Texture& left) const {
-  std::swap(gbuffer.object, left);
-  if (before_.empty()) return;
+OnlyLeftSamples::~OnlyLeftSamples() {
+  std::swap(shown_, others_);
+}
+
+MasksBefore::MasksBefore(const raster::GBuffer& gbuffer)
+    : before_(gl::Texture::make2D("masks before the fallback", GL_R16UI, gbuffer.sampleWidth(),
+                                  gbuffer.sampleHeight())),
+      merge_(gl::Program::fullScreen("masks of left samples", "methods/shared/shaders/left.frag",
+                                     {})) {}
+
+void MasksBefore::keep(const raster::GBuffer& gbuffer) const {
   const raster::Rectangle all{0, 0, gbuffer.sampleWidth(), gbuffer.sampleHeight()};
   raster::copyTexels(gbuffer.masks, before_, {&all, 1});
   gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
 }
 
-void LeftSamples::end(raster::GBuffer& gbuffer, gl::Texture& left) {
-  std::swap(gbuffer.object, left);
-  if (before_.empty()) return;
+void MasksBefore::add(const raster::GBuffer& gbuffer, const gl::Texture& left) {
   gbuffer.reflectionFramebuffer.bind();
   gl::DrawState state;
   state.colors = 0;

@@ -34,21 +34,33 @@ class Share {
   gl::Texture own_;  ///< R8UI, indexed by object id
 };
 
-/// Shows a method only the samples that another one left (FrameOutput::left), and keeps their
-/// masks.
-class LeftSamples {
+/// While it exists, the G-buffer has the object ids of the samples alone that a method left
+/// (FrameOutput::left), and `left` holds those of all.
+class OnlyLeftSamples {
  public:
-  LeftSamples() = default;
-  LeftSamples(const raster::GBuffer& gbuffer, bool masks);
-
-  /// From here to end(), the G-buffer has the object ids of the left samples alone; `left` holds
-  /// those of all. Clears the masks.
-  void begin(raster::GBuffer& gbuffer, gl::Texture& left) const;
-  /// Adds the bits that masks had at begin(), and kMaskFallback for the samples that were left.
-  void end(raster::GBuffer& gbuffer, gl::Texture& left);
+  OnlyLeftSamples(raster::GBuffer& gbuffer, gl::Texture& left);
+  ~OnlyLeftSamples();
+  OnlyLeftSamples(const OnlyLeftSamples&) = delete;
+  OnlyLeftSamples& operator=(const OnlyLeftSamples&) = delete;
 
  private:
-  gl::Texture before_;  ///< masks at begin(); empty without masks
+  gl::Texture& shown_;
+  gl::Texture& others_;
+};
+
+/// Keeps the masks of a method while another one renders the samples that it left.
+class MasksBefore {
+ public:
+  MasksBefore() = default;
+  explicit MasksBefore(const raster::GBuffer& gbuffer);
+
+  /// Copies the masks, and clears them.
+  void keep(const raster::GBuffer& gbuffer) const;
+  /// Adds what was kept, and kMaskFallback for the samples that were left.
+  void add(const raster::GBuffer& gbuffer, const gl::Texture& left);
+
+ private:
+  gl::Texture before_;
   gl::Program merge_;
 };
 

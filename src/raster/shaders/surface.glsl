@@ -185,7 +185,7 @@ struct Surface {
   vec3 normal;    // unit shading normal turned to the viewer; 0 where nobody needs it
   float s;
   float lobe;
-  vec4 tint;  // of the reflection, and F90; of use with TINT_OUTPUT alone
+  vec4 tint;  // rgb: of the reflection, valid with TINT_OUTPUT alone; a: F90
   vec3 albedo;
 };
 

@@ -81,13 +81,18 @@ std::vector<ReflectorRule> readReflectors(const Value& value,
   return rules;
 }
 
+/// The option `fallback` that methods with leavesSamples have.
+const Field& fallbackOf(const methods::MethodEntry& method) {
+  return *std::ranges::find(method.options.fields, "fallback", &Field::name);
+}
+
 /// Whether an entry's `fallback` names a method, in place of one of the option's own values.
 bool fallbackIsMethod(const Value& entry, const methods::MethodEntry& method) {
   if (!method.leavesSamples || !entry.has("fallback")) return false;
   const Value value = entry.get("fallback");
-  const auto option = std::ranges::find(method.options.fields, "fallback", &Field::name);
+  const std::vector<std::string>& own = fallbackOf(method).allowed;
   return value.kind() != Value::Kind::String ||
-         std::ranges::find(option->allowed, value.asString()) == option->allowed.end();
+         std::ranges::find(own, value.asString()) == own.end();
 }
 
 /// The method of an entry's `fallback`.
@@ -98,8 +103,20 @@ std::optional<MethodConfig> readFallback(const Value& value, const methods::Meth
     errors.add(value.get("name"), "is for entries of methods: a fallback has no folder of its own");
     return {};
   }
+  if (value.kind() == Value::Kind::String &&
+      methods::findMethod(registry, value.asString()) == nullptr) {
+    std::vector<std::string> names = fallbackOf(entry).allowed;
+    for (const std::string& id : methodIds(registry))
+      if (id != entry.id && std::ranges::find(names, id) == names.end()) names.push_back(id);
+    errors.add(value, value.dump() + " is not allowed" + didYouMean(value.asString(), names) +
+                          "; allowed: " + joined(names, ", ") + ", or an object with \"method\"");
+    return {};
+  }
   std::optional<MethodConfig> method = readMethod(value, registry, errors, true);
-  if (method && method->id == entry.id) {
+  const bool same = method && (method->id == entry.id ||
+                               std::ranges::find(method->reflectors, entry.id,
+                                                 &ReflectorRule::id) != method->reflectors.end());
+  if (same) {
     errors.add(value, entry.id + " would find nothing there either; name another method");
     return {};
   }

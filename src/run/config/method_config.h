@@ -29,7 +29,7 @@ struct MethodConfig {
   /// The id of the method that shades reflectors which the entry's method does not support;
   /// "error": there is none, and the run fails.
   std::string unsupported = "error";
-  /// The method that renders the samples which the entry's method leaves; empty: none.
+  /// The method that renders the samples which the entry's method leaves; at most one.
   std::vector<MethodConfig> fallback = {};
   config::Value place = {};  ///< the place in the config, for messages
 

@@ -33,7 +33,7 @@ struct Part {
   std::vector<bool> own;             ///< by index of objects
   std::vector<std::string> because;  ///< what the config says of them
   std::string fills;                 ///< line of the plan
-  bool fallback = false;             ///< fills what others cannot do
+  bool takesUnsupported = false;     ///< fills what others cannot do
   bool leaves = false;               ///< the next part renders the samples that it leaves
   bool takesLeft = false;            ///< that next part
   std::vector<std::string> tables;   ///< that its method can have
@@ -99,7 +99,7 @@ class MixedMethod : public methods::Method, public methods::KeepsFrames {
       const frame::StepTimer::Prefix prefix(services.timer, part.prefix);
       part.method->prepare(services, settingsOf(part, settings));
       shares_.emplace_back(services.scene.objects.size(), frame::ObjectSet(part.own));
-      if (part.takesLeft) leftSamples_ = methods::LeftSamples(*services.gbuffer, masks_);
+      if (part.takesLeft && masks_) masksBefore_ = methods::MasksBefore(*services.gbuffer);
     }
   }
 
@@ -113,15 +113,19 @@ class MixedMethod : public methods::Method, public methods::KeepsFrames {
       const Part& part = parts_[i];
       const frame::StepTimer::Prefix prefix(services.timer, part.prefix);
       methods::FrameOutput own;
+      if (part.takesLeft) output.counters["fallback_samples"] = 0;
       if (part.takesLeft && left == nullptr) continue;
-      if (part.takesLeft) leftSamples_.begin(*services.gbuffer, *left);
+      if (part.takesLeft && masks_) masksBefore_.keep(*services.gbuffer);
+      std::optional<methods::OnlyLeftSamples> only;
+      if (part.takesLeft) only.emplace(*services.gbuffer, *left);
       shares_[i].hideOthers(*services.gbuffer);
-      if (part.fallback || part.takesLeft)
-        output.counters[part.fallback ? "unsupported_reflector" : "fallback_samples"] +=
+      if (part.takesUnsupported || part.takesLeft)
+        output.counters[part.takesUnsupported ? "unsupported_reflector" : "fallback_samples"] +=
             shares_[i].countShown(*services.gbuffer);
       part.method->render(whole, services, own);
       shares_[i].showAll(*services.gbuffer);
-      if (part.takesLeft) leftSamples_.end(*services.gbuffer, *left);
+      only.reset();
+      if (part.takesLeft && masks_) masksBefore_.add(*services.gbuffer, *left);
       left = own.left;
       take(part, std::move(own), output);
     }
@@ -169,7 +173,7 @@ class MixedMethod : public methods::Method, public methods::KeepsFrames {
 
   std::vector<Part> parts_;
   std::vector<methods::Share> shares_;  ///< one per part
-  methods::LeftSamples leftSamples_;
+  methods::MasksBefore masksBefore_;
   bool masks_ = false;
 };
 
@@ -231,7 +235,7 @@ class Assignment {
     Part fallback =
         makePart(config_.unsupported,
                  config::parseText(entryOf(config_.unsupported).fallbackOptions, "unsupported"));
-    fallback.fallback = true;
+    fallback.takesUnsupported = true;
     fallback.own = std::move(moved);
     fallback.because = {"reflectors that their method cannot render, by \"unsupported\""};
     parts_.push_back(std::move(fallback));
@@ -240,16 +244,13 @@ class Assignment {
   /// What the entry's method leaves goes to the method of `fallback`.
   void left() {
     for (const MethodConfig& config : config_.fallback) {
-      Part rest;
-      rest.id = config.id;
+      methods::RunSettings settings = settings_;
+      settings.reflectors = frame::ObjectSet(parts_.front().own);
+      Part rest = partOfMethod(config.id, makeMethod(config, scene_, settings, registry_));
+      for (const ReflectorRule& rule : config.reflectors) addTables(rest, rule.id);
       rest.takesLeft = parts_.front().leaves = true;
       rest.own = parts_.front().own;
       rest.because = {"samples that " + config_.id + " leaves"};
-      methods::RunSettings settings = settings_;
-      settings.reflectors = frame::ObjectSet(rest.own);
-      rest.method = makeMethod(config, scene_, settings, registry_);
-      for (const methods::TableInfo& table : entryOf(config.id).tables)
-        rest.tables.push_back(table.name);
       parts_.insert(parts_.begin() + 1, std::move(rest));
     }
   }
@@ -262,7 +263,7 @@ class Assignment {
     parts_.erase(std::remove_if(parts_.begin() + 1, parts_.end(),
                                 [&](const Part& part) { return !fills(part); }),
                  parts_.end());
-    if (parts_.size() == 2 && !fills(parts_.front()) && !parts_.back().fallback)
+    if (parts_.size() == 2 && !fills(parts_.front()) && !parts_.back().takesUnsupported)
       parts_.erase(parts_.begin());
     for (Part& part : parts_) {
       part.fills = shown(part) + " (" + joined(part.because, ", ") + ")";
@@ -286,13 +287,20 @@ class Assignment {
   }
 
   Part makePart(const std::string& id, const config::Value& options) const {
-    const MethodEntry& entry = entryOf(id);
+    return partOfMethod(id, entryOf(id).make(options));
+  }
+
+  Part partOfMethod(const std::string& id, std::unique_ptr<methods::Method> method) const {
     Part part;
     part.id = id;
-    part.method = entry.make(options);
-    for (const methods::TableInfo& table : entry.tables) part.tables.push_back(table.name);
+    part.method = std::move(method);
+    addTables(part, id);
     part.own.assign(reflective_.size(), false);
     return part;
+  }
+
+  void addTables(Part& part, const std::string& id) const {
+    for (const methods::TableInfo& table : entryOf(id).tables) part.tables.push_back(table.name);
   }
 
   Part& partOf(const std::string& id, const config::Value& options, const std::string& effective,
@@ -411,7 +419,7 @@ std::unique_ptr<methods::Method> makeMethod(const MethodConfig& config, const sc
   assignment.unsupported();
   assignment.left();
   std::vector<Part> parts = assignment.take();
-  if (parts.size() == 1 && !parts.front().fallback) return std::move(parts.front().method);
+  if (parts.size() == 1 && !parts.front().takesUnsupported) return std::move(parts.front().method);
   return std::make_unique<MixedMethod>(std::move(parts));
 }
 

@@ -170,6 +170,28 @@ TEST(Mixture, LeftSamplesAreTheFallbacksOwn) {
   }
 }
 
+TEST(Mixture, AFallbackServesTheEntrysOwnReflectorsAlone) {
+  const Frame looked(R"("environment_map")");
+  const Frame traced(R"("traced")");
+  const Frame hybrid(
+      R"({"method": "screen_space", "fallback": {"method": "traced"}, "reflectors": {"ball*": "environment_map"}})");
+  for (const std::uint32_t id : {kMirror, kGlossy})
+    EXPECT_EQ(hybrid.differing(looked, id).first, 0);
+  std::uint64_t left = 0;
+  int wrong = 0;
+  for (std::size_t at = 0; at < hybrid.object.size(); ++at) {
+    if ((hybrid.masks[at] & raster::kMaskFallback) == 0) continue;
+    ++left;
+    const bool same = hybrid.object[at] == kPane &&
+                      std::equal(&hybrid.reflection[4 * at], &hybrid.reflection[4 * at] + 3,
+                                 &traced.reflection[4 * at]);
+    wrong += same ? 0 : 1;
+  }
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GT(left, 100u);
+  EXPECT_EQ(hybrid.output.counters.at("fallback_samples"), left);
+}
+
 TEST(Mixture, AMixtureAsFallbackNamesItsSteps) {
   const Frame hybrid(
       R"({"method": "screen_space", "fallback": {"method": "planar", "unsupported": "traced"}})");
@@ -398,8 +420,12 @@ TEST(Mixture, WrongNamesAreErrors) {
               HasSubstr("unsupported"));
   EXPECT_THAT(errorOf(R"({"method": "traced", "fallback": "second_order"})"),
               HasSubstr("fallback"));
-  EXPECT_THAT(errorOf(R"({"method": "screen_space", "fallback": "tracd"})"),
-              HasSubstr(R"X("tracd" is not a method (did you mean "traced"?))X"));
+  EXPECT_THAT(
+      errorOf(R"({"method": "screen_space", "fallback": "tracd"})"),
+      HasSubstr(R"X("tracd" is not allowed (did you mean "traced"?); allowed: environment_map)X"));
+  EXPECT_THAT(errorOf(R"({"method": "screen_space", "fallback":
+                          {"method": "traced", "reflectors": {"*": "screen_space"}}})"),
+              HasSubstr("would find nothing there either"));
   EXPECT_THAT(errorOf(R"({"method": "screen_space", "fallback": {"method": "screen_space"}})"),
               HasSubstr("would find nothing there either"));
   EXPECT_THAT(

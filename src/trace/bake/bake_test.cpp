@@ -75,8 +75,7 @@ TEST(BakePoints, LieOffTheirSurfaceByAFiftiethOfAnEdgeAtMostByAShareOfTheScene) 
   }
 }
 
-TEST(BakePoints, HaveRanksThatAreCloseForNeighbours) {
-  // Of the points of a plane, the means of the places of 64 consecutive ranks are a block's.
+TEST(BakePoints, OfConsecutiveRanksAreCloseInSpace) {
   SceneBuilder builder;
   builder.add(scene::makePlane({63.0f, 63.0f}, {63, 63}, scene::UvMode::Unit),
               builder.diffuse(Vec3(1.0f)));

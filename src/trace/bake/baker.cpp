@@ -118,6 +118,7 @@ std::vector<Vec4> Baker::ambientOcclusion() {
       Vec3 normal;
       for (std::size_t k = 0; k < few.size(); ++k) {
         if (hits[k].miss()) continue;
+        locate(surfaces_, rays[k], hits[k]);
         if (!facesRay(hits[k], rays[k].direction, normal)) ++back;
         if (hits[k].distance < occlusionDistance_)
           errors.nearness[i] += 1.0f / (std::max(hits[k].distance, points_.offsets[i]) *

@@ -19,7 +19,7 @@ struct BakePoints {
   std::vector<float> offsets;                ///< metres by which points are lifted off the surface
   std::vector<std::uint32_t> pointOfVertex;  ///< indexed by vertex of the geometry
   /// Place of each point along a Morton curve through all points that face about the same way.
-  /// Neighbours in space have close ranks.
+  /// Points with close ranks are close in space.
   std::vector<std::uint32_t> ranks;
   // Neighbours along triangle edges: those of point i are neighbours[first[i]] to
   // neighbours[first[i + 1] - 1].
