@@ -109,7 +109,8 @@ void MasksBefore::add(const raster::GBuffer& gbuffer, const gl::Texture& left) {
   left.bind(1);
   gbuffer.masks.bindImage(0, GL_READ_WRITE);
   gl::drawFullScreenTriangle();
-  glMemoryBarrier(GL_ALL_BARRIER_BITS);
+  glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
+                  GL_FRAMEBUFFER_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
 
 }  // namespace catoptric::methods

@@ -34,8 +34,7 @@ struct Part {
   std::vector<std::string> because;  ///< what the config says of them
   std::string fills;                 ///< line of the plan
   bool takesUnsupported = false;     ///< fills what others cannot do
-  bool leaves = false;               ///< the next part renders the samples that it leaves
-  bool takesLeft = false;            ///< that next part
+  bool takesLeft = false;            ///< renders the samples that the part before it leaves
   std::vector<std::string> tables;   ///< that its method can have
   bool renamesTables = false;        ///< an earlier part has tables of these names
 };
@@ -150,10 +149,10 @@ class MixedMethod : public methods::Method, public methods::KeepsFrames {
     return false;
   }
 
-  static methods::RunSettings settingsOf(const Part& part, const methods::RunSettings& settings) {
+  methods::RunSettings settingsOf(const Part& part, const methods::RunSettings& settings) const {
     methods::RunSettings own = settings;
     own.reflectors = frame::ObjectSet(part.own);
-    own.leavesSamples = part.leaves;
+    own.leavesSamples = &part != &parts_.back() && (&part + 1)->takesLeft;
     return own;
   }
 
@@ -248,7 +247,7 @@ class Assignment {
       settings.reflectors = frame::ObjectSet(parts_.front().own);
       Part rest = partOfMethod(config.id, makeMethod(config, scene_, settings, registry_));
       for (const ReflectorRule& rule : config.reflectors) addTables(rest, rule.id);
-      rest.takesLeft = parts_.front().leaves = true;
+      rest.takesLeft = true;
       rest.own = parts_.front().own;
       rest.because = {"samples that " + config_.id + " leaves"};
       parts_.insert(parts_.begin() + 1, std::move(rest));
