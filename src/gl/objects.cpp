@@ -56,10 +56,6 @@ std::string quoted(std::string_view label) {
   return "\"" + std::string(label) + "\"";
 }
 
-[[noreturn]] void fail(const std::string& message) {
-  throw Error(ExitCode::Internal, message);
-}
-
 void requireContext(std::string_view label) {
   if (!Context::hasCurrent()) {
     throw std::logic_error("GL object " + quoted(label) + " made without a current context");
@@ -148,8 +144,9 @@ int levelSize(int size, int level) {
 
 void requireSize(std::string_view label, const char* what, std::int64_t value, std::int64_t limit) {
   if (value < 1 || value > limit) {
-    fail("texture " + quoted(label) + ": " + what + " " + std::to_string(value) +
-         " is not within 1.." + std::to_string(limit) + ", this device's limit");
+    throw Error(ExitCode::Internal, "texture " + quoted(label) + ": " + what + " " +
+                                        std::to_string(value) + " is not within 1.." +
+                                        std::to_string(limit) + ", this device's limit");
   }
 }
 
@@ -428,7 +425,8 @@ void Framebuffer::make(std::string_view label, std::span<const Attachment> color
   const GLenum status = glCheckNamedFramebufferStatus(id, GL_DRAW_FRAMEBUFFER);
   checkMade(label);
   if (status != GL_FRAMEBUFFER_COMPLETE) {
-    fail("framebuffer " + quoted(label) + " is incomplete (status " + std::to_string(status) + ")");
+    throw Error(ExitCode::Internal, "framebuffer " + quoted(label) + " is incomplete (status " +
+                                        std::to_string(status) + ")");
   }
 }
 

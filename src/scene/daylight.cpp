@@ -27,7 +27,7 @@ constexpr int kBakeRays = 96;
 
 /// Longest edge of a triangle with baked light, in diameters of the scene; longer where more than
 /// kMostAdded triangles would be added.
-constexpr double kLongestEdge = 0.02;
+constexpr double kLongestShare = 0.02;
 constexpr double kMostAdded = 60'000.0;
 /// Triangles per longest edge squared of their area.
 constexpr double kTrianglesPerArea = 3.5;
@@ -92,7 +92,7 @@ void refineMeshes(Scene& scene) {
                            uses[m].objects});
     }
   }
-  double longest = kLongestEdge * static_cast<double>(boundsAtStart(scene).diameter());
+  double longest = kLongestShare * static_cast<double>(boundsAtStart(scene).diameter());
   if (!(longest > 0.0) || !std::isfinite(longest)) return;
   while (trianglesAdded(triangles, longest) > kMostAdded) longest *= 1.25;
   for (std::size_t m = 0; m < scene.meshes.size(); ++m)

@@ -8,10 +8,6 @@
 namespace catoptric::scene::gltf {
 namespace {
 
-std::size_t size(int index) {
-  return static_cast<std::size_t>(index);
-}
-
 /// One channel of the file, and where it stands.
 struct Source {
   const tinygltf::AnimationChannel& channel;

@@ -11,10 +11,6 @@ namespace {
 /// How far a rotation's length may be from 1 before it is an error; exporters round. Ours.
 constexpr float kUnitTolerance = 1e-2f;
 
-std::size_t size(int index) {
-  return static_cast<std::size_t>(index);
-}
-
 /// A matrix from 16 column-major numbers; glTF needs it affine.
 Mat4 affineMatrix(const Reader& reader, const float* values, const std::string& place) {
   Mat4 m(1.0f);

@@ -102,6 +102,11 @@ Vec3 vec3Or(const tinygltf::Value& object, const std::string& key, const Vec3& o
 
 std::string elementPlace(const char* array, std::size_t index);
 
+/// An index of the file, which its reader has checked.
+inline std::size_t size(int index) {
+  return static_cast<std::size_t>(index);
+}
+
 /// A quaternion of the file. Throws SceneError at `place` if its length is not 1.
 Quat unitRotation(const Reader& reader, float x, float y, float z, float w,
                   const std::string& place);

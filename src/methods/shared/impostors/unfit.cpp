@@ -15,7 +15,7 @@ constexpr float kMostOfItself = 0.125f;
 /// billboards that are off by 45 degrees, sr rad. Ours, measured there, too.
 constexpr float kMostOfBillboards = 2.0f * kPi * 0.25f * kPi;
 
-constexpr int kPoints = 128;  ///< on a surface; ours
+constexpr int kCheckedPoints = 128;  ///< on a surface; ours
 constexpr int kPairs = 8;     ///< of directions, on each side of a point; ours
 /// Share of the object's diameter below which heights are rounding, and rays hit nothing. Ours.
 constexpr float kRounding = 1e-4f;
@@ -50,7 +50,7 @@ void addPairs(const SurfacePoint& from, float turnRad, float near, std::vector<t
 }  // namespace
 
 float selfReflection(const scene::Scene& scene, const frame::Geometry& geometry, int object) {
-  const std::vector<SurfacePoint> points = pointsOn(geometry, object, kPoints);
+  const std::vector<SurfacePoint> points = pointsOn(geometry, object, kCheckedPoints);
   const float rounding =
       kRounding * geometry.objects[static_cast<std::size_t>(object)].bounds.diameter();
   if (convex(points, rounding)) return 0.0f;
