@@ -19,6 +19,7 @@
 #include "methods/reference/channels.h"
 #include "methods/reference/places.h"
 #include "methods/shared/shared_options.h"
+#include "scene/reflectance.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
@@ -78,10 +79,9 @@ int reach(const scene::Scene& scene, bool fresnel) {
   float most = fresnel ? 1.0f : 0.0f;
   for (const scene::Object& object : scene.objects) {
     const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
-    // By Schlick's term a GGX surface reflects everything at its rim
-    const bool all = material.refraction > 0.0f ||
-                     (object.reflector != 0 && material.lobe == scene::LobeModel::Ggx);
-    most = std::max(most, all ? 1.0f : material.specularLevel);
+    most = std::max(most, material.refraction > 0.0f ? 1.0f : material.specularLevel);
+    if (object.reflector != 0 && material.lobe == scene::LobeModel::Ggx)
+      most = std::max(most, scene::rimLevel(material.metallicFactor, material.dielectricF90));
   }
   int bounces = 1;
   for (float share = most; share >= kLeastShare && bounces < kMostBounces; share *= most) ++bounces;

@@ -160,17 +160,9 @@ std::optional<MethodConfig> readMethod(const Value& value,
   if (isName) {
     method.options = config::parseText("{}", value.place().file);
   } else {
-    Schema schema = methodSchema(*entry);
-    if (!isEntry) {
-      std::erase_if(schema.fields, [](const Field& field) {
-        return std::ranges::find(kOfEntries, field.name) != kOfEntries.end();
-      });
-      std::ranges::copy(entry->options.fields,  // the method's own `fallback` alone
-                        schema.fields.end() - std::ssize(entry->options.fields));
-    }
     const bool hybrid = isEntry && fallbackIsMethod(value, *entry);
     const Value own = hybrid ? config::without(value, {"fallback"}) : value;
-    const std::vector<std::string> lines = config::check(own, schema);
+    const std::vector<std::string> lines = config::check(own, methodSchema(*entry, isEntry));
     errors.add(lines);
     if (hybrid) {
       std::optional<MethodConfig> fallback =
@@ -199,25 +191,8 @@ std::optional<MethodConfig> readMethod(const Value& value,
   return method;
 }
 
-}  // namespace
-
-std::vector<std::string> fallbackMethods() {
-  std::vector<std::string> names;
-  for (const methods::MethodEntry& entry : methods::registry())
-    if (entry.fallbackOptions != nullptr) names.push_back(entry.id);
-  return names;
-}
-
-Schema methodSchema(const methods::MethodEntry& entry) {
-  Schema schema{entry.id, entry.summary, {}};
-  std::vector<std::string> ids = {entry.id};
-  for (const methods::MethodAlias& alias : entry.aliases) ids.push_back(alias.id);
-  schema.fields.push_back(
-      fields::required(fields::choice("method", "The method.", "", std::move(ids))));
-  schema.fields.push_back(
-      fields::text("name", "Name of its folder and of its table rows [the method's name].",
-                   config::jsonString(entry.id)));
-  schema.fields.push_back(fields::any("comment", "Any text; ignored."));
+/// The fields of entries that say which other methods shade beside theirs.
+void addOfEntries(Schema& schema, const methods::MethodEntry& entry) {
   static const Schema reflectors{.name = "reflectors", .help = "", .fields = {}, .open = true};
   schema.fields.push_back(fields::object(
       "reflectors",
@@ -236,9 +211,32 @@ Schema methodSchema(const methods::MethodEntry& entry) {
                        "unsupported_reflector).",
                        "\"error\"", allowed));
   }
+}
+
+}  // namespace
+
+std::vector<std::string> fallbackMethods() {
+  std::vector<std::string> names;
+  for (const methods::MethodEntry& entry : methods::registry())
+    if (entry.fallbackOptions != nullptr) names.push_back(entry.id);
+  return names;
+}
+
+Schema methodSchema(const methods::MethodEntry& entry, bool isEntry) {
+  Schema schema{entry.id, entry.summary, {}};
+  std::vector<std::string> ids = {entry.id};
+  for (const methods::MethodAlias& alias : entry.aliases) ids.push_back(alias.id);
+  schema.fields.push_back(
+      fields::required(fields::choice("method", "The method.", "", std::move(ids))));
+  if (isEntry)
+    schema.fields.push_back(
+        fields::text("name", "Name of its folder and of its table rows [the method's name].",
+                     config::jsonString(entry.id)));
+  schema.fields.push_back(fields::any("comment", "Any text; ignored."));
+  if (isEntry) addOfEntries(schema, entry);
   schema.fields.insert(schema.fields.end(), entry.options.fields.begin(),
                        entry.options.fields.end());
-  if (entry.leavesSamples)
+  if (isEntry && entry.leavesSamples)
     std::ranges::find(schema.fields, "fallback", &Field::name)->type = config::FieldType::Any;
   return schema;
 }

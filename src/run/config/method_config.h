@@ -40,8 +40,9 @@ struct MethodConfig {
 
 /// The ids of methods that may shade reflectors which another method does not support.
 std::vector<std::string> fallbackMethods();
-/// The schema of one entry of `methods`: name, method, and the method's own options.
-config::Schema methodSchema(const methods::MethodEntry& entry);
+/// The schema of one entry of `methods`: name, method, the methods beside it, and the method's own
+/// options. Without `isEntry` that of a method of `reflectors`: the method and its options.
+config::Schema methodSchema(const methods::MethodEntry& entry, bool isEntry = true);
 
 /// All entries of the config's `methods`, each checked against its schema. A name twice is an
 /// error.
