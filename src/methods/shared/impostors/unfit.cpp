@@ -16,7 +16,7 @@ constexpr float kMostOfItself = 0.125f;
 constexpr float kMostOfBillboards = 2.0f * kPi * 0.25f * kPi;
 
 constexpr int kCheckedPoints = 128;  ///< on a surface; ours
-constexpr int kPairs = 8;     ///< of directions, on each side of a point; ours
+constexpr int kPairs = 8;            ///< of directions, on each side of a point; ours
 /// Share of the object's diameter below which heights are rounding, and rays hit nothing. Ours.
 constexpr float kRounding = 1e-4f;
 
