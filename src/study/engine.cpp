@@ -133,21 +133,27 @@ std::vector<std::string> Measurement::steps(std::size_t setting) const {
 }
 
 std::vector<double> growthOf(const Measurement& measurement, const TimeKind& kind) {
-  std::optional<RoundTimes> base;
-  std::vector<double> growth(measurement.settings.size(), 0.0);
-  for (std::size_t i = 0; i < measurement.settings.size(); ++i) {
+  const std::size_t settings = measurement.settings.size();
+  std::vector<RoundTimes> times(settings);
+  std::size_t rounds = 1;
+  for (std::size_t i = 0; i < settings; ++i) {
     if (!measurement.settings[i].failure.empty()) continue;
-    const RoundTimes times = measurement.times(i, kind);
-    if (!base) {
-      base = times;
-      continue;
-    }
-    const Ratio ratio = pairedRatio(times, *base);
-    const double wide = ratio.interval ? ratio.interval->high / ratio.interval->low - 1.0 : 1.0;
-    const double allowed =
-        std::clamp(kWideOfDistance * std::abs(std::log(ratio.value)), kWide, kWidest);
-    growth[i] = wide * wide / (allowed * allowed);
+    times[i] = measurement.times(i, kind);
+    rounds = std::max(rounds, times[i].size());
   }
+  std::vector<double> growth(settings, 0.0);
+  for (std::size_t i = 0; i < settings; ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      // Rounds that one of both does not take add nothing.
+      if (std::min(times[i].size(), times[j].size()) < rounds) continue;
+      const Ratio ratio = pairedRatio(times[i], times[j]);
+      const double wide = ratio.interval ? ratio.interval->high / ratio.interval->low - 1.0 : 1.0;
+      const double allowed =
+          std::clamp(kWideOfDistance * std::abs(std::log(ratio.value)), kWide, kWidest);
+      const double ofBoth = wide * wide / (allowed * allowed);
+      growth[i] = std::max(growth[i], ofBoth);
+      growth[j] = std::max(growth[j], ofBoth);
+    }
   return growth;
 }
 
@@ -162,11 +168,23 @@ class Turns {
         frames_(frames),
         options_(options),
         seconds_(runners.size(), 0.0),
-        isClear_(runners.size(), false) {
+        rounds_(runners.size(), options.repeats) {
     result.settings.resize(runners.size());
   }
 
-  /// One turn of a setting, unless it has failed or is clear. False: the measurement was stopped.
+  bool takes(std::size_t setting, int round) const {
+    return result.settings[setting].failure.empty() && round <= rounds_[setting];
+  }
+
+  /// Rounds from this one on, each setting's own added up.
+  int left(int round) const {
+    int sum = 0;
+    for (std::size_t i = 0; i < runners_.size(); ++i)
+      if (takes(i, round)) sum += rounds_[i] - round + 1;
+    return sum;
+  }
+
+  /// One turn of a setting. False: the measurement was stopped.
   bool take(int round, int frame, std::size_t setting) {
     if (options_.stopRequested && options_.stopRequested()) {
       result.stopped = true;
@@ -174,7 +192,6 @@ class Turns {
     }
     if (frame != kFirst) ++done;
     SettingResult& own = result.settings[setting];
-    if (!own.failure.empty() || isClear_[setting]) return true;
     try {
       std::optional<FrameReport> report = render(round, frame, setting);
       if (round > 0 && report) seconds_[setting] += report->seconds;
@@ -190,31 +207,44 @@ class Turns {
     return true;
   }
 
-  /// Lets settings go that need no further rounds. The most growth of the others.
-  double settle() {
-    if (!options_.growth) return 0.0;
-    const std::vector<double> growth = options_.growth(result);
-    double most = 0.0;
-    bool isFirst = true;  // what the ratios are to stays as long as any
+  /// After a round: how many rounds each setting takes, as far as is known.
+  void plan(int round) {
+    const int least = std::max(round, options_.repeats);
+    const int pairs = (kMostLonger * options_.repeats - least) / 2;
+    if (round == 0 || (least - options_.repeats) % 2 != 0) return;
+    const double mean = meanSeconds();
+    const bool isShort = mean < options_.leastSeconds;
+    std::vector<double> growth(runners_.size(), 0.0);
+    if (round == least && !isShort && options_.growth) growth = options_.growth(result);
     for (std::size_t i = 0; i < runners_.size(); ++i) {
-      if (!result.settings[i].failure.empty()) continue;
-      const bool goesOn = growth[i] > 1.0 && seconds_[i] < options_.mostSeconds;
-      if (goesOn) most = std::max(most, growth[i]);
-      if (!std::exchange(isFirst, false) && !goesOn) isClear_[i] = true;
+      if (!takes(i, round)) continue;
+      double wanted = 0.0;
+      if (isShort)
+        wanted = round * options_.leastSeconds / mean;
+      else if (growth[i] > 1.0 && seconds_[i] < options_.mostSeconds)
+        wanted = round * std::min(growth[i], options_.mostSeconds / seconds_[i]);
+      // By two: the second round takes the orders of the first one backwards.
+      rounds_[i] = least + 2 * static_cast<int>(std::clamp<double>(
+                                   std::ceil(0.5 * (wanted - least)), 0.0, pairs));
     }
-    return most;
-  }
-
-  /// The mean over the settings.
-  double seconds() const {
-    return std::accumulate(seconds_.begin(), seconds_.end(), 0.0) /
-           static_cast<double>(runners_.size());
   }
 
   Measurement result;
-  int done = 0;  ///< frames, also of settings that took no turn
+  int done = 0;  ///< frames
 
  private:
+  /// The mean over the settings that have not failed.
+  double meanSeconds() const {
+    double sum = 0.0;
+    int count = 0;
+    for (std::size_t i = 0; i < runners_.size(); ++i) {
+      if (!result.settings[i].failure.empty()) continue;
+      sum += seconds_[i];
+      ++count;
+    }
+    return sum / std::max(count, 1);
+  }
+
   std::optional<FrameReport> render(int round, int frame, std::size_t setting) {
     if (frame != kFirst) {
       const bool writes = round == 0 && !options_.writeTo.empty();
@@ -233,7 +263,7 @@ class Turns {
   const std::vector<int>& frames_;
   const TurnOptions& options_;
   std::vector<double> seconds_;  ///< measured of each setting
-  std::vector<bool> isClear_;    ///< settings that take no further turns
+  std::vector<int> rounds_;      ///< that each setting takes, as far as is known
 };
 
 }  // namespace
@@ -241,37 +271,24 @@ class Turns {
 Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vector<int>& frames,
                            const TurnOptions& options) {
   Turns turns(runners, frames, options);
-  const int ofRound = static_cast<int>(frames.size() * runners.size());
-  int rounds = options.repeats;
-  const int mostRounds = kMostLonger * options.repeats;
-  int expected = rounds;  // with those that will be added
-  double clear = 0.0;     // rounds after which the result should be clear
-  for (int round = 0; round <= rounds; ++round) {
+  for (int round = 0; const int left = turns.left(round); ++round) {
     std::vector<int> numbers = frames;
     if (options.first == FirstFrames::EachRound ||
         (options.first == FirstFrames::Once && round == 0))
       numbers.insert(numbers.begin(), kFirst);
+    const int all = turns.done + left * static_cast<int>(frames.size());
     for (const int frame : numbers)
       for (const std::size_t setting : orderOf(runners.size(), round, frame, options.seed)) {
+        if (!turns.takes(setting, round)) continue;
         if (options.outOfTime && options.outOfTime()) {
           std::erase_if(turns.result.turns,
                         [&](const Turn& turn) { return turn.round == round && round > 0; });
           return withoutFailed(std::move(turns.result));
         }
-        if (options.progress) options.progress(turns.done, (expected + 1) * ofRound);
+        if (options.progress) options.progress(turns.done, all);
         if (!turns.take(round, frame, setting)) return std::move(turns.result);
       }
-    const bool isLast = round == rounds;
-    const bool isShort = turns.seconds() < options.leastSeconds;
-    const double growth = isLast && !isShort ? turns.settle() : 0.0;
-    // By two: the second round takes the orders of the first one backwards.
-    if (isLast && (isShort || growth > 1.0) && rounds + 2 <= mostRounds) rounds += 2;
-    if (growth > 0.0) clear = round * growth;
-    const double ofSecond = turns.seconds() > 0.0 ? round / turns.seconds() : 0.0;  // rounds
-    expected = static_cast<int>(
-        std::clamp<double>(std::ceil(std::max(options.leastSeconds * ofSecond,
-                                              std::min(clear, options.mostSeconds * ofSecond))),
-                           rounds, mostRounds));
+    turns.plan(round);
   }
   if (options.progress) options.progress(turns.done, turns.done);
   return withoutFailed(std::move(turns.result));

@@ -57,9 +57,8 @@ struct TurnOptions {
   /// most kMostLonger times as many rounds. Otherwise another program that runs for a second could
   /// disturb all rounds.
   double leastSeconds = 0.0;
-  /// Then rounds continue with the settings whose `growth` is above 1, each at most for this long,
-  /// and with the first one as long as any other continues. `growth` says how many times as many
-  /// rounds each setting needs.
+  /// Then rounds continue with the settings whose `growth` is above 1, each at most for this long.
+  /// `growth` says how many times as many rounds each setting needs.
   double mostSeconds = 0.0;
   std::function<std::vector<double>(const Measurement&)> growth;
   FirstFrames first = FirstFrames::Never;
@@ -114,9 +113,10 @@ struct Measurement {
   std::vector<std::string> steps(std::size_t setting) const;
 };
 
-/// How many times as many rounds make the ratio of each setting to the first one clear, for times
-/// of this kind: an interval's width falls with the root of the rounds. An interval may be wider
-/// the farther its ratio is from 1. 0: of the first one, and of settings that failed.
+/// How many times as many rounds make the ratios of each setting to all others clear, for times of
+/// this kind: an interval's width falls with the root of the rounds. An interval may be wider the
+/// farther its ratio is from 1. Settings that failed or have taken fewer rounds than another do not
+/// count: their growth is 0.
 std::vector<double> growthOf(const Measurement& measurement, const TimeKind& kind);
 
 /// Renders `frames` with all runners. Each runner has one turn per frame. The seed determines the

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 #include <set>
 
@@ -42,7 +43,8 @@ class Simulated : public Runner {
  public:
   Simulated(Machine& machine, double cost) : machine_(machine), cost_(cost) {}
   FrameReport render(int frame, const std::filesystem::path& writeTo) override {
-    if (frame == failsAt) throw Error(ExitCode::FramesFailed, "out of luck");
+    if (frame == failsAt || orders.size() == failsAfter)
+      throw Error(ExitCode::FramesFailed, "out of luck");
     orders.push_back(frame);
     if (!writeTo.empty()) written.insert(writeTo.string());
     FrameReport report;
@@ -58,6 +60,7 @@ class Simulated : public Runner {
     return report;
   }
   int failsAt = 0;
+  std::size_t failsAfter = std::numeric_limits<std::size_t>::max();
   double builds = 0.0;
   int starts = 0;
   std::vector<int> orders;
@@ -290,11 +293,35 @@ TEST(Engine, RoundsGoOnUntilTheyAreEnough) {
   EXPECT_EQ(rounds(0.0, 40), 8u);
 }
 
-/// Clear settings leave, the first one stays. Rounds that end by the interval's width leave 95 % of
-/// the intervals around the truth.
+TEST(Engine, ProgressCountsTheTurnsThatAreTaken) {
+  Machine machine(1);
+  std::vector<Simulated> settings(4, {machine, 1.0});
+  settings[3].failsAt = 1;
+  TurnOptions options;
+  options.mostSeconds = 1e6;
+  options.growth = [](const Measurement& so) {
+    const auto rounds = static_cast<double>(so.times(2).size());
+    return std::vector{10.0 / rounds, 8.0 / rounds, 40.0 / rounds, 0.0};
+  };
+  const int warmUp = 3 * 2 + 1;  // two frames; the last setting fails at the first
+  const int ofEight = warmUp + 3 * 2 * 8;
+  const int ofAll = ofEight + 2 * 2 + 2 * 32;
+  int shown = 0;
+  options.progress = [&](int done, int all) {
+    EXPECT_EQ(done, shown++);
+    if (done >= warmUp) {
+      EXPECT_EQ(all, done < ofEight ? ofEight : ofAll);
+    }
+  };
+  measureInTurns({&settings[0], &settings[1], &settings[2], &settings[3]}, {1, 2}, options);
+  EXPECT_EQ(shown, ofAll + 1);
+}
+
+/// Settings leave when their ratios to all others are clear. Rounds that end by the interval's
+/// width leave 95 % of the intervals around the truth.
 TEST(Engine, ClearSettingsLeaveAndIntervalsStayHonest) {
-  const std::vector<double> truths{1.0, 1.02, 1.15, 1.4, 3.0};
-  std::vector<Trials> trials(truths.size());
+  const std::vector<double> truths{1.0, 1.0, 1.02, 1.15, 1.4, 3.0, 3.1};
+  std::map<std::pair<std::size_t, std::size_t>, Trials> trials;
   std::vector<double> rounds(truths.size());
   for (std::uint32_t seed = 1; seed <= kTrials; ++seed) {
     Machine machine(seed);
@@ -308,18 +335,41 @@ TEST(Engine, ClearSettingsLeaveAndIntervalsStayHonest) {
     options.mostSeconds = 12.0;
     options.growth = [](const Measurement& so) { return growthOf(so, {}); };
     const Measurement result = measureInTurns(runners, {1, 2, 3, 4}, options);
-    for (std::size_t i = 1; i < truths.size(); ++i) {
-      const Ratio ratio = pairedRatio(result.times(i), result.times(0));
-      trials[i].add(ratio, truths[i]);
-      rounds[i] += static_cast<double>(ratio.rounds) / kTrials;
-      EXPECT_LE(result.times(i).size(), result.times(0).size());
+    for (std::size_t i = 0; i < truths.size(); ++i) {
+      rounds[i] += static_cast<double>(result.times(i).size()) / kTrials;
+      for (std::size_t j = 0; j < i; ++j)
+        trials[{i, j}].add(pairedRatio(result.times(i), result.times(j)), truths[i] / truths[j]);
     }
   }
-  for (std::size_t i = 1; i < truths.size(); ++i)
-    EXPECT_GE(trials[i].holding, kTrials * 19 / 20) << truths[i] << ": " << rounds[i] << " rounds";
-  EXPECT_LE(trials[1].wrong, kTrials / 100);
-  EXPECT_GE(rounds[1], 16.0);
-  EXPECT_LE(rounds[3], 0.7 * rounds[1]);
+  for (const auto& [pair, of] : trials) {
+    const double truth = truths[pair.first] / truths[pair.second];
+    EXPECT_GE(of.holding, kTrials * 19 / 20) << truth;
+    EXPECT_LE(truth > 1.0 ? of.wrong : 0, kTrials / 100) << truth;
+    EXPECT_GE(truth > 1.03 ? of.found : kTrials, kTrials * 19 / 20) << truth;
+  }
+  EXPECT_GE(rounds[2], 16.0);
+  EXPECT_LE(rounds[4], 0.7 * rounds[2]);  // far from all others
+}
+
+/// Ratios to its successor are clear by then, also to one that has left before.
+TEST(Engine, TheFirstMayFailAfterOthersLeft) {
+  for (std::uint32_t seed = 1; seed <= 50; ++seed) {
+    Machine machine(seed);
+    machine.phase = seed;
+    Simulated a(machine, 0.25);
+    Simulated b(machine, 0.35);
+    Simulated c(machine, 0.25);
+    a.failsAfter = 4 * 13;  // in round 13
+    TurnOptions options;
+    options.seed = seed;
+    options.mostSeconds = 12.0;
+    options.growth = [](const Measurement& so) { return growthOf(so, {}); };
+    const Measurement result = measureInTurns({&a, &b, &c}, {1, 2, 3, 4}, options);
+    if (result.settings[0].failure.empty()) continue;  // clear before
+    const Ratio ratio = pairedRatio(result.times(2), result.times(1));
+    EXPECT_LE(ratio.interval->high / ratio.interval->low, 1.1) << seed;
+    EXPECT_LE(result.times(2).size(), std::max(result.times(1).size(), std::size_t{14})) << seed;
+  }
 }
 
 TEST(Engine, RoundsAreEnoughForTheTimeThatCounts) {
