@@ -36,6 +36,10 @@ constexpr double kWideOfDistance = 0.4;
 constexpr double kWide = 0.04;
 constexpr double kWidest = 0.1;
 
+/// Settings are judged again after one pair of rounds for each of this many rounds so far, at least
+/// one pair; ours. The time to compute an interval grows with the square of the rounds.
+constexpr int kRoundsPerPair = 16;
+
 /// Steps of a frame by any method.
 constexpr std::array kShared{"geometry", "gbuffer", "composite", "layers"};
 
@@ -209,13 +213,16 @@ class Turns {
 
   /// After a round: how many rounds each setting takes, as far as is known.
   void plan(int round) {
-    const int least = std::max(round, options_.repeats);
-    const int pairs = (kMostLonger * options_.repeats - least) / 2;
-    if (round == 0 || (least - options_.repeats) % 2 != 0) return;
+    if (round == 0 || (round > options_.repeats && round < next_)) return;
+    const int from = std::max(round, options_.repeats);
+    // By two: the second round takes the orders of the first one backwards.
+    const int most = (kMostLonger * options_.repeats - from) / 2;
+    const int fewest = std::clamp(from / kRoundsPerPair, std::min(1, most), most);
+    next_ = from + 2 * fewest;
     const double mean = meanSeconds();
     const bool isShort = mean < options_.leastSeconds;
     std::vector<double> growth(runners_.size(), 0.0);
-    if (round == least && !isShort && options_.growth) growth = options_.growth(result);
+    if (round == from && !isShort && options_.growth) growth = options_.growth(result);
     for (std::size_t i = 0; i < runners_.size(); ++i) {
       if (!takes(i, round)) continue;
       double wanted = 0.0;
@@ -223,9 +230,8 @@ class Turns {
         wanted = round * options_.leastSeconds / mean;
       else if (growth[i] > 1.0 && seconds_[i] < options_.mostSeconds)
         wanted = round * std::min(growth[i], options_.mostSeconds / seconds_[i]);
-      // By two: the second round takes the orders of the first one backwards.
-      rounds_[i] = least + 2 * static_cast<int>(std::clamp<double>(
-                                   std::ceil(0.5 * (wanted - least)), 0.0, pairs));
+      const double pairs = std::clamp<double>(std::ceil(0.5 * (wanted - from)), fewest, most);
+      rounds_[i] = from + (wanted > from ? 2 * static_cast<int>(pairs) : 0);
     }
   }
 
@@ -264,6 +270,7 @@ class Turns {
   const TurnOptions& options_;
   std::vector<double> seconds_;  ///< measured of each setting
   std::vector<int> rounds_;      ///< that each setting takes, as far as is known
+  int next_ = 0;                 ///< after this round settings are judged again
 };
 
 }  // namespace

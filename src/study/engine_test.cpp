@@ -293,6 +293,21 @@ TEST(Engine, RoundsGoOnUntilTheyAreEnough) {
   EXPECT_EQ(rounds(0.0, 40), 8u);
 }
 
+TEST(Engine, ManyRoundsAreNotJudgedAfterEachPair) {
+  Machine machine(1);
+  Simulated a(machine, 1.0);
+  TurnOptions options;
+  options.repeats = 100;
+  options.mostSeconds = 1e6;
+  int judged = 0;
+  options.growth = [&](const Measurement&) {
+    ++judged;
+    return std::vector{2.0};
+  };
+  EXPECT_EQ(measureInTurns({&a}, {1}, options).times(0).size(), 100u * kMostLonger);
+  EXPECT_LE(judged, 20);
+}
+
 TEST(Engine, ProgressCountsTheTurnsThatAreTaken) {
   Machine machine(1);
   std::vector<Simulated> settings(4, {machine, 1.0});
