@@ -219,17 +219,13 @@ class Turns {
     const int most = (kMostLonger * options_.repeats - from) / 2;
     const int fewest = std::clamp(from / kRoundsPerPair, std::min(1, most), most);
     next_ = from + 2 * fewest;
-    const double mean = meanSeconds();
-    const bool isShort = mean < options_.leastSeconds;
+    const double longer = options_.leastSeconds / meanSeconds();
     std::vector<double> growth(runners_.size(), 0.0);
-    if (round == from && !isShort && options_.growth) growth = options_.growth(result);
+    if (round == from && options_.growth) growth = options_.growth(result);
     for (std::size_t i = 0; i < runners_.size(); ++i) {
       if (!takes(i, round)) continue;
-      double wanted = 0.0;
-      if (isShort)
-        wanted = round * options_.leastSeconds / mean;
-      else if (growth[i] > 1.0 && seconds_[i] < options_.mostSeconds)
-        wanted = round * std::min(growth[i], options_.mostSeconds / seconds_[i]);
+      const double wanted =
+          round * std::max(std::min(growth[i], options_.mostSeconds / seconds_[i]), longer);
       const double pairs = std::clamp<double>(std::ceil(0.5 * (wanted - from)), fewest, most);
       rounds_[i] = from + (wanted > from ? 2 * static_cast<int>(pairs) : 0);
     }

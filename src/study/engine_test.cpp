@@ -264,6 +264,21 @@ TEST(Engine, RoundsOfShortFramesGoOnByTwo) {
   EXPECT_EQ(rounds(1e6), 8u * kMostLonger);
 }
 
+TEST(Engine, ProgressKnowsEarlyThatShortFramesAreUnclear) {
+  Machine machine(1);
+  Simulated a(machine, 1.0);
+  TurnOptions options;
+  options.leastSeconds = 3.0;  // more than 8 rounds
+  options.mostSeconds = 1e6;
+  options.growth = [](const Measurement&) { return std::vector{100.0}; };
+  options.progress = [](int done, int all) {
+    if (done >= 9) {
+      EXPECT_EQ(all, 1 + 8 * kMostLonger);
+    }
+  };
+  measureInTurns({&a}, {1}, options);
+}
+
 TEST(Engine, RoundsGoOnUntilTheyAreEnough) {
   const auto rounds = [](double mostSeconds, std::size_t turns) {
     Machine machine(1);
