@@ -108,6 +108,7 @@ TEST_F(Gltf, LayersOfAMaterialBecomeOneLobe) {
 }
 
 TEST_F(Gltf, TexturesOfAClearCoatSayWhereAndHowRoughItIs) {
+  std::vector<int> red;  // of the base colour, from the same file
   const auto roughnessOf = [&](const std::string& before, const std::string& roughness,
                                const std::string& after) {
     w = triangleFile();
@@ -129,6 +130,15 @@ TEST_F(Gltf, TexturesOfAClearCoatSayWhereAndHowRoughItIs) {
                            "}" + after + "}}");
     const Scene scene = load();
     const Material& m = scene.materials.at(0);
+    red.clear();
+    if (m.baseColorTexture.used()) {
+      expectNear(m.baseColor, Vec3(1.0f));
+      const Texture& color =
+          scene.textures.at(static_cast<std::size_t>(m.baseColorTexture.texture));
+      EXPECT_TRUE(color.srgb);
+      for (std::size_t i = 0; i < color.levels[0].rgba.size(); i += 4)
+        red.push_back(color.levels[0].rgba[i]);
+    }
     std::vector<int> green;
     if (!m.metallicRoughnessTexture.used()) return green;
     expectNear(m.dielectricF0, Vec3(0.04f));
@@ -147,6 +157,15 @@ TEST_F(Gltf, TexturesOfAClearCoatSayWhereAndHowRoughItIs) {
   EXPECT_THAT(roughnessOf(base, shares + coat, ""), ElementsAre(102, 20, 102));
   EXPECT_TRUE(hasNote(load(), "where it covers at least half"));
   EXPECT_THAT(roughnessOf(base, coat, ""), ElementsAre(102, 20, 20));
+  // What the base reflects is added below the coat alone: sRGB's codes of 0.232 and 0.2
+  const std::string dark = R"(,"baseColorFactor":[0.2,0,0,1])";
+  EXPECT_THAT(roughnessOf(dark, shares, ""), ElementsAre(102, 102, 204));
+  EXPECT_THAT(red, ElementsAre(132, 132, 124));
+  const std::string quarter = R"(,"baseColorFactor":[0.25,0,0,1],"baseColorTexture":{"index":)";
+  roughnessOf(quarter + "2}", shares, "");
+  EXPECT_THAT(red, ElementsAre(57, 57, 2));
+  roughnessOf(quarter + "0}", "", "");
+  EXPECT_THAT(red, ElementsAre(144, 96, 62));
   const std::string moved =
       R"(,"clearcoatTexture":{"index":0,"extensions":{"KHR_texture_transform":{"scale":[2,2]}}})";
   EXPECT_THAT(roughnessOf("", moved + coat, ""), ElementsAre(102, 20, 20));

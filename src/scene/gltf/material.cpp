@@ -1,5 +1,6 @@
 // Materials, textures and samplers.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <exception>
 #include <optional>
@@ -7,6 +8,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/parallel.h"
+#include "core/srgb.h"
 #include "image/image.h"
 #include "scene/finish.h"
 #include "scene/gltf/check.h"
@@ -47,6 +49,15 @@ Wrap wrapOf(int code) {
 /// A clear coat or transmission of a smaller share is left out. Ours: what is left shows more.
 constexpr float kLeastShare = 0.5f;
 
+float of255(std::uint8_t code) {
+  return static_cast<float>(code) / 255.0f;
+}
+
+/// The colour of a base whose reflection, of this F0, is added to its diffuse part.
+Vec3 belowCoat(const Vec3& color, const Vec3& f0) {
+  return (1.0f - specularLevel(0.0f, f0)) * color + f0;
+}
+
 /// uv' = translation * rotation * scale * uv; counter-clockwise seen with v pointing up, as the
 /// extension's example needs it.
 glm::mat3x2 textureTransform(const tinygltf::Value& transform) {
@@ -82,7 +93,7 @@ class MaterialReader {
       reader_.scene.notes.push_back("primitives without material are diffuse white");
     }
     decodeTextures();
-    for (const PartialCoat& coat : coats_) drawRoughness(coat);
+    for (const Coat& coat : coats_) drawCoat(coat);
   }
 
  private:
@@ -91,13 +102,17 @@ class MaterialReader {
     TextureSlot slot;
     float factor = 0.0f;
   };
-  /// A clear coat whose share is a texture's red. Where it covers less than half, the base
+  /// A clear coat, whose share may be a texture's red. Where it covers less than half, the base
   /// reflects.
-  struct PartialCoat {
+  struct Coat {
     std::size_t material = 0;
     float share = 0.0f;
-    Roughness coat;
+    TextureSlot cover;  ///< empty: it covers all
+    Roughness own;
     Roughness base;
+    Vec3 baseColor{1.0f};  ///< and F0, of the base
+    Vec3 baseF0{0.0f};
+    bool covers(std::uint8_t red) const { return share * of255(red) >= kLeastShare; }
   };
 
   void note(const std::string& text) { reader_.scene.notes.push_back(text); }
@@ -186,18 +201,24 @@ class MaterialReader {
            (m.metallicFactor > 0.0f ? "metal" : "base, which the coat covers by less than half"));
       return;
     }
-    m.baseColor = (1.0f - specularLevel(0.0f, m.dielectricF0)) * m.baseColor + m.dielectricF0;
+    Coat result;
+    result.material = index;
+    result.share = share;
+    result.baseColor = m.baseColor;
+    result.baseF0 = m.dielectricF0;
+    m.baseColor = belowCoat(m.baseColor, m.dielectricF0);
     m.dielectricF0 = dielectricF0(1.5f, share);
     m.dielectricF90 = share;
-    const Roughness own{slot(coat, "clearcoatRoughnessTexture", place),
-                        static_cast<float>(numberOr(coat, "clearcoatRoughnessFactor", 0.0))};
-    const Roughness base{m.metallicRoughnessTexture, m.roughnessFactor};
+    result.own = {slot(coat, "clearcoatRoughnessTexture", place),
+                  static_cast<float>(numberOr(coat, "clearcoatRoughnessFactor", 0.0))};
+    result.base = {m.metallicRoughnessTexture, m.roughnessFactor};
     const TextureSlot cover = slot(coat, "clearcoatTexture", place);
     const bool partial =
-        cover.used() && mappedAlike(cover, own.slot) && mappedAlike(cover, base.slot);
-    if (partial) coats_.push_back({index, share, own, base});
-    m.roughnessFactor = own.factor;
-    m.metallicRoughnessTexture = partial ? cover : own.slot;
+        cover.used() && mappedAlike(cover, result.own.slot) && mappedAlike(cover, result.base.slot);
+    if (partial) result.cover = cover;
+    coats_.push_back(result);
+    m.roughnessFactor = result.own.factor;
+    m.metallicRoughnessTexture = result.own.slot;
     if (m.normalTexture.used()) note(place + ": normalTexture is ignored below the clear coat");
     m.normalTexture = slot(coat, "clearcoatNormalTexture", place);
     m.normalScale =
@@ -210,54 +231,106 @@ class MaterialReader {
            "coordinates");
   }
 
-  /// Whether both textures show a point at the same place, or the second one is missing.
+  /// Whether both textures show a point at the same place, or one of them is missing.
   static bool mappedAlike(const TextureSlot& a, const TextureSlot& b) {
-    return !b.used() || (a.uvSet == b.uvSet && a.transform == b.transform);
+    return !a.used() || !b.used() || (a.uvSet == b.uvSet && a.transform == b.transform);
   }
 
-  /// Makes the texture of roughness of a coat and its base. The material still has the coat's
-  /// shares in its place, unless it has got another lobe since.
-  void drawRoughness(const PartialCoat& partial) {
-    Material& m = reader_.scene.materials[partial.material];
-    if (!m.metallicRoughnessTexture.used()) return;
-    const auto levelOf = [&](const TextureSlot& slot) {
-      return slot.used()
-                 ? &reader_.scene.textures[static_cast<std::size_t>(slot.texture)].levels.front()
-                 : nullptr;
-    };
-    const MipLevel* const shares = levelOf(m.metallicRoughnessTexture);
-    const MipLevel* const coat = levelOf(partial.coat.slot);
-    const MipLevel* const base = levelOf(partial.base.slot);
+  /// The finest level of a texture; null for an empty slot.
+  const MipLevel* finest(const TextureSlot& slot) const {
+    return slot.used()
+               ? &reader_.scene.textures[static_cast<std::size_t>(slot.texture)].levels.front()
+               : nullptr;
+  }
+
+  /// Adds a texture named `name`, otherwise like that of `like`, as large as the largest of
+  /// `levels` (null ones are left out). `texelAt(at)` gives its texels; `at(level, channel)` is
+  /// there what a level has at the same place, or white.
+  template <class TexelAt>
+  int addTexture(const TextureSlot& like, const std::string& name, std::size_t material, bool srgb,
+                 std::initializer_list<const MipLevel*> levels, TexelAt&& texelAt) {
     int width = 0;
     int height = 0;
-    for (const MipLevel* const level : {shares, coat, base}) {
+    for (const MipLevel* const level : levels) {
       width = std::max(width, level != nullptr ? level->width : 0);
       height = std::max(height, level != nullptr ? level->height : 0);
     }
-    reader_.reserveBytes(mipChainBytes(width, height), elementPlace("materials", partial.material));
-    const auto channel = [&](const MipLevel* level, int x, int y, std::size_t c) {
-      if (level == nullptr) return 1.0f;
-      const auto column = static_cast<std::size_t>(std::int64_t{x} * level->width / width);
-      const auto row = static_cast<std::size_t>(std::int64_t{y} * level->height / height);
-      const std::size_t texel = row * static_cast<std::size_t>(level->width) + column;
-      return static_cast<float>(level->rgba[4 * texel + c]) / 255.0f;
-    };
+    reader_.reserveBytes(mipChainBytes(width, height), elementPlace("materials", material));
     std::vector<std::uint8_t> rgba;
     rgba.reserve(4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {
-        const bool covered = partial.share * channel(shares, x, y, 0) >= kLeastShare;
-        const float g = covered ? partial.coat.factor * channel(coat, x, y, 1)
-                                : partial.base.factor * channel(base, x, y, 1);
-        rgba.insert(rgba.end(), {0, static_cast<std::uint8_t>(std::lround(255.0f * g)), 0, kWhite});
+        const auto at = [&](const MipLevel* level, std::size_t channel) {
+          if (level == nullptr) return kWhite;
+          const auto column = static_cast<std::size_t>(std::int64_t{x} * level->width / width);
+          const auto row = static_cast<std::size_t>(std::int64_t{y} * level->height / height);
+          const std::size_t texel = row * static_cast<std::size_t>(level->width) + column;
+          return level->rgba[4 * texel + channel];
+        };
+        const std::array<std::uint8_t, 4> texel = texelAt(at);
+        rgba.insert(rgba.end(), texel.begin(), texel.end());
       }
-    Texture texture =
-        reader_.scene.textures[static_cast<std::size_t>(m.metallicRoughnessTexture.texture)];
-    texture.name = m.name + ": roughness";
-    texture.levels = makeMipChain(width, height, std::move(rgba), false);
-    m.roughnessFactor = 1.0f;
-    m.metallicRoughnessTexture.texture = static_cast<int>(reader_.scene.textures.size());
+    Texture texture = reader_.scene.textures[static_cast<std::size_t>(like.texture)];
+    texture.name = name;
+    texture.srgb = srgb;
+    texture.levels = makeMipChain(width, height, std::move(rgba), srgb);
     reader_.scene.textures.push_back(std::move(texture));
+    return static_cast<int>(reader_.scene.textures.size()) - 1;
+  }
+
+  /// Makes the textures of a coat and its base, unless the material has got another lobe since.
+  void drawCoat(const Coat& coat) {
+    const Material& m = reader_.scene.materials[coat.material];
+    if (m.lobe != LobeModel::Ggx) return;
+    if (coat.cover.used()) drawRoughness(coat);
+    if ((coat.cover.used() || m.baseColorTexture.used()) &&
+        mappedAlike(m.baseColorTexture, coat.cover))
+      drawColor(coat);
+  }
+
+  void drawRoughness(const Coat& coat) {
+    const MipLevel* const cover = finest(coat.cover);
+    const MipLevel* const own = finest(coat.own.slot);
+    const MipLevel* const base = finest(coat.base.slot);
+    Material& m = reader_.scene.materials[coat.material];
+    m.metallicRoughnessTexture.texture = addTexture(
+        coat.cover, m.name + ": roughness", coat.material, false, {cover, own, base},
+        [&](const auto& at) -> std::array<std::uint8_t, 4> {
+          const float g = coat.covers(at(cover, 0)) ? coat.own.factor * of255(at(own, 1))
+                                                    : coat.base.factor * of255(at(base, 1));
+          return {0, static_cast<std::uint8_t>(std::lround(255.0f * g)), 0, kWhite};
+        });
+    m.roughnessFactor = 1.0f;
+  }
+
+  /// Below the coat the base's reflection is added to each texel, elsewhere it is the lobe's.
+  void drawColor(const Coat& coat) {
+    using Codes = std::array<std::array<std::uint8_t, 256>, 3>;
+    Codes bare{};
+    Codes covered{};
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t code = 0; code < 256; ++code) {
+        const int channel = static_cast<int>(c);
+        const float color = coat.baseColor[channel] * linearOfSrgb8()[code];
+        const auto encoded = [](float value) {
+          return static_cast<std::uint8_t>(
+              std::lround(255.0 * srgbFromLinear(std::min(value, 1.0f))));
+        };
+        bare[c][code] = encoded(color);
+        covered[c][code] = encoded(belowCoat(Vec3(color), coat.baseF0)[channel]);
+      }
+    Material& m = reader_.scene.materials[coat.material];
+    const MipLevel* const cover = finest(coat.cover);
+    const MipLevel* const base = finest(m.baseColorTexture);
+    TextureSlot slot = m.baseColorTexture.used() ? m.baseColorTexture : coat.cover;
+    slot.texture = addTexture(
+        slot, m.name + ": colour", coat.material, true, {cover, base},
+        [&](const auto& at) -> std::array<std::uint8_t, 4> {
+          const Codes& codes = coat.covers(at(cover, 0)) ? covered : bare;
+          return {codes[0][at(base, 0)], codes[1][at(base, 1)], codes[2][at(base, 2)], at(base, 3)};
+        });
+    m.baseColorTexture = slot;
+    m.baseColor = Vec3(1.0f);
   }
 
   /// Light goes straight on through a thin surface, coloured by it.
@@ -479,7 +552,7 @@ class MaterialReader {
   Reader& reader_;
   std::map<TextureKey, int> textures_;
   std::vector<TextureKey> keys_;  ///< of scene.textures
-  std::vector<PartialCoat> coats_;
+  std::vector<Coat> coats_;
   std::map<int, std::string> unreadable_;  ///< images of a kind that some extension adds
 };
 
