@@ -56,8 +56,7 @@ void requireRadiance(const scene::Environment& environment, const Vec3& pixel, i
     throw SceneError(environment.file.string() + ": pixel (" + std::to_string(x) + ", " +
                      std::to_string(y) + ") is " + what);
   };
-  if (!isFinite(pixel) || glm::any(glm::lessThan(pixel, Vec3(0.0f))))
-    fail("negative or not finite; radiance must be >= 0");
+  if (!isFinite(pixel)) fail("not finite");
   if (!glm::all(glm::lessThanEqual(environment.scale * pixel, Vec3(scene::kMaxRadiance))))
     fail("too bright; with its scale a radiance up to 1e33 is allowed");
 }
@@ -82,13 +81,18 @@ EnvironmentLight::EnvironmentLight(const scene::Environment& environment)
                    std::to_string(height_) +
                    " pixels; a latitude-longitude map is twice as wide as high. Is it one?");
     pixels_.resize(image.pixelCount());
+    int negative = 0;
     for (int y = 0; y < height_; ++y) {
       for (int x = 0; x < width_; ++x) {
         const Vec3 pixel(image.at(x, y, r), image.at(x, y, g), image.at(x, y, b));
         requireRadiance(environment, pixel, x, y);
-        pixels_[static_cast<std::size_t>(y) * width_ + x] = pixel;
+        negative += glm::any(glm::lessThan(pixel, Vec3(0.0f))) ? 1 : 0;
+        pixels_[static_cast<std::size_t>(y) * width_ + x] = glm::max(pixel, Vec3(0.0f));
       }
     }
+    if (negative > 0)
+      log::warning(environment.file.string() + ": negative radiance of " +
+                   std::to_string(negative) + " pixels counts as 0; lossy compression leaves such");
   }
 
   Projection projection;

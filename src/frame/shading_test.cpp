@@ -102,6 +102,24 @@ TEST(EnvironmentLight, ImageFollowsTheMappingAndTurns) {
   }
 }
 
+TEST(EnvironmentLight, NegativeRadianceCountsAsNone) {
+  scene::Environment e;
+  e.type = scene::EnvironmentType::File;
+  const auto light = [&](float below) {
+    e.file = test::writeEnvironment("catoptric_negative.exr", 64, 32, [&](const Vec3& d) {
+      return d.y > 0.0f ? Vec3(2.0f, 1.0f, 1.0f) : Vec3(1.0f, below, 1.0f);
+    });
+    return EnvironmentLight(e);
+  };
+  const EnvironmentLight negative = light(-0.5f);
+  const EnvironmentLight none = light(0.0f);
+  for (const Vec3& d : directions()) {
+    EXPECT_EQ(negative.radiance(d), none.radiance(d));
+    EXPECT_EQ(negative.irradiance(d), none.irradiance(d));
+  }
+  std::filesystem::remove(e.file);
+}
+
 TEST(LightIrradiance, FollowsKhrLightsPunctual) {
   WorldLight light;
   light.position = {0.0f, 2.0f, 0.0f};
