@@ -81,6 +81,13 @@ Shift shiftOf(const std::vector<double>& differences) {
   return shift;
 }
 
+void PairedTimes::add(const RoundTimes& more, const RoundTimes& moreOfBase) {
+  for (std::size_t round = 0; round < std::min(more.size(), moreOfBase.size()); ++round) {
+    times.push_back(more[round]);
+    base.push_back(moreOfBase[round]);
+  }
+}
+
 namespace {
 
 /// Logarithms of ratios, of each frame over the rounds and of all frames together.

@@ -47,6 +47,13 @@ Shift shiftOf(const std::vector<double>& differences);
 /// Times of one setting in seconds, by round, then by frame.
 using RoundTimes = std::vector<std::vector<double>>;
 
+/// Times of two settings from several measurements, of each the rounds that both have.
+struct PairedTimes {
+  RoundTimes times;
+  RoundTimes base;
+  void add(const RoundTimes& more, const RoundTimes& moreOfBase);
+};
+
 /// The ratio of the times of two settings, over all frames together.
 struct Ratio {
   double value = 1.0;

@@ -76,6 +76,16 @@ TEST(Statistics, FrameRatiosWeighByTime) {
   EXPECT_EQ(verdictOf(ratio), TimeVerdict::Faster);
 }
 
+// Rounds of two measurements at another speed of the machine; the setting left the first one early.
+TEST(Statistics, RoundsOfSeveralMeasurementsArePaired) {
+  PairedTimes all;
+  all.add(RoundTimes(8, {2.0}), RoundTimes(20, {1.0}));
+  all.add(RoundTimes(12, {6.0}), RoundTimes(10, {3.0}));
+  const Ratio ratio = pairedRatio(all.times, all.base);
+  EXPECT_EQ(ratio.rounds, 18);
+  EXPECT_NEAR(ratio.interval->high, 2.0 * std::exp(kProcessSpread), 1e-12);
+}
+
 TEST(Statistics, ExchangingTheSettingsGivesTheReciprocal) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise(0.0, 0.2);

@@ -57,28 +57,28 @@ class BenchWorld : public TuneWorld {
     const Setting base = times_.timeOf ? *times_.timeOf : settings_[of.front()];
     for (std::size_t next = 0; next < of.size();) {
       std::vector<Setting> batch{base};
-      std::vector<std::size_t> own;
+      std::vector<std::size_t> ofBatch;
       while (next < of.size() && batch.size() < std::max<std::size_t>(2, bench_.capacity())) {
-        own.push_back(of[next]);
-        if (settings_[of[next++]].key != base.key) batch.push_back(settings_[own.back()]);
+        ofBatch.push_back(of[next]);
+        if (settings_[of[next++]].key != base.key) batch.push_back(settings_[ofBatch.back()]);
       }
-      std::map<std::string, RoundTimes> all;
+      std::map<std::string, PairedTimes> all;
       try {
         all = measured(batch, frames, measurements);
       } catch (const BudgetSpent&) {
         return result;
       }
       if (!all.contains(base.key)) continue;
-      const RoundTimes& ofBase = all.at(base.key);
-      if (baseSeconds_[base.key] == 0.0) baseSeconds_[base.key] = frameSeconds(ofBase).mean;
-      for (const std::size_t i : own) {
+      if (baseSeconds_[base.key] == 0.0)
+        baseSeconds_[base.key] = frameSeconds(all.at(base.key).times).mean;
+      for (const std::size_t i : ofBatch) {
         const auto at = all.find(settings_[i].key);
         if (at == all.end()) continue;
-        const Ratio ratio = pairedRatio(at->second, ofBase);
+        const auto& [own, ofBase] = at->second;
+        const Ratio ratio = pairedRatio(own, ofBase);
         const double seconds = baseSeconds_[base.key] * ratio.value;
-        const RoundTimes second(at->second.size(),
-                                std::vector<double>(at->second.front().size(), 1.0));
-        result[i] = {seconds, times_.timeOf ? ratio : pairedRatio(at->second, second)};
+        const RoundTimes second(own.size(), std::vector<double>(own.front().size(), 1.0));
+        result[i] = {seconds, times_.timeOf ? ratio : pairedRatio(own, second)};
       }
     }
     return result;
@@ -97,19 +97,18 @@ class BenchWorld : public TuneWorld {
   std::size_t together() const override { return bench_.capacity(); }
 
  private:
-  /// Times by key, of so many measurements together; what was measured by this or an earlier
-  /// process is taken as it is.
-  std::map<std::string, RoundTimes> measured(const std::vector<Setting>& batch,
-                                             const std::vector<int>& frames, int measurements) {
-    std::map<std::string, RoundTimes> times;
+  /// Times by key and those of the batch's first setting, of so many measurements together; what
+  /// was measured by this or an earlier process is taken as it is.
+  std::map<std::string, PairedTimes> measured(const std::vector<Setting>& batch,
+                                              const std::vector<int>& frames, int measurements) {
+    std::map<std::string, PairedTimes> times;
     const auto join = [&](const Samples& samples) {
-      for (const Setting& setting : batch) {
-        const auto at = samples.find(setting.key);
-        if (!at) continue;
-        RoundTimes& all = times[setting.key];
-        for (std::vector<double>& round : samples.measurement.times(*at, times_.kind))
-          all.push_back(std::move(round));
-      }
+      const auto base = samples.find(batch.front().key);
+      if (!base) return;
+      const RoundTimes ofBase = samples.measurement.times(*base, times_.kind);
+      for (const Setting& setting : batch)
+        if (const auto at = samples.find(setting.key))
+          times[setting.key].add(samples.measurement.times(*at, times_.kind), ofBase);
     };
     for (const Samples& samples : bench_.samples())
       if (measurements > 0 && samples.serve(frames, bench_.options()) &&
