@@ -73,8 +73,8 @@ RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::st
   for (std::size_t i = 0; i < samples.keys.size(); ++i)
     rounds = std::max(rounds, measurement.times(i).size());
   report::Table table;
-  table.title = "Ms per frame, the mean of the frames' medians over " + std::to_string(rounds) +
-                " interleaved rounds; x: time divided by that of " + base +
+  table.title = "Ms per frame, the mean of the frames' medians over up to " +
+                std::to_string(rounds) + " interleaved rounds; x: time divided by that of " + base +
                 ", with the 95 % confidence interval";
   table.columns = {{"step", false}};
   std::vector<std::string> methods;

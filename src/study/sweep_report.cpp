@@ -108,7 +108,7 @@ std::string howMeasured(const SweepResult& result) {
   for (const SweepPoint& point : result.points) rounds = std::max(rounds, point.ratio.rounds);
   std::string text = "Frames " + scene::formatFrames(result.frames) + ". ";
   if (rounds > 0)
-    text += "Times: " + std::to_string(rounds) +
+    text += "Times: up to " + std::to_string(rounds) +
             " interleaved rounds, frame by frame, after one that warms up; a frame's time is its "
             "median, and the steady time the mean over the frames. " +
             report::kFirstFrames + " Ratios and marks: of the " + timeName(result.request.time) +
