@@ -53,9 +53,9 @@ enum class FirstFrames { Never, Once, EachRound };
 
 struct TurnOptions {
   int repeats = 8;  ///< timed rounds; the warm-up round before them writes the requested frames
-  /// If frames are short, rounds continue until each setting has been measured for this long, at
-  /// most kMostLonger times as many rounds. Otherwise another program that runs for a second could
-  /// disturb all rounds.
+  /// If frames are short, rounds continue until settings have been measured for this long on
+  /// average, at most kMostLonger times as many rounds. Otherwise another program that runs for a
+  /// second could disturb all rounds.
   double leastSeconds = 0.0;
   /// Then rounds continue with the settings whose `growth` is above 1, each at most for this long.
   /// `growth` says how many times as many rounds each setting needs.
