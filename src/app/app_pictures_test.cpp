@@ -65,9 +65,27 @@ TEST_F(App, ComparedFramesBecomeAFilm) {
   EXPECT_FALSE(fs::exists(folder / "d"));
   ::setenv("PATH", "", 1);
   const Result without = run("compare b a --video f.mp4");
+  const std::string render = "render run.json --frames 1,3 --method traced --out e --video e.mp4";
+  const Result filmless = run(render);
+  const Result again = run(render + " --existing resume");
   ::setenv("PATH", path.c_str(), 1);
-  EXPECT_EQ(without.exitCode, 0);
+  for (const Result& result : {filmless, again}) {
+    EXPECT_EQ(result.exitCode, 5) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("warning: --video e.mp4: there is no ffmpeg here"));
+    EXPECT_THAT(result.err, HasSubstr("error: e.mp4: not made, for want of ffmpeg"));
+    EXPECT_THAT(result.out, HasSubstr("frame"));
+    EXPECT_TRUE(fs::exists(folder / "e.mp4.frames/0002.png"));
+  }
+  std::ofstream(folder / "bin/ffmpeg") << "#!/bin/sh\nexit 1\n";
+  ::setenv("PATH", ((folder / "bin").string() + ":" + path).c_str(), 1);
+  const Result failed = run(render + " --existing resume");
+  ::setenv("PATH", path.c_str(), 1);
+  EXPECT_EQ(failed.exitCode, 5);
+  EXPECT_THAT(failed.err, HasSubstr("e.mp4: ffmpeg failed"));
+  EXPECT_EQ(without.exitCode, 5);
   EXPECT_THAT(without.err, HasSubstr("there is no ffmpeg here. With it, this command makes"));
+  EXPECT_THAT(without.err, HasSubstr("error: f.mp4: not made, for want of ffmpeg"));
+  EXPECT_THAT(without.err, Not(HasSubstr("sh:")));
   EXPECT_TRUE(fs::exists(folder / "f.mp4.frames/0003.png"));
   EXPECT_THAT(run("compare b a --video f.mp4").err, HasSubstr("exists; remove it"));
 }

@@ -92,7 +92,11 @@ ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
   measures.flip = options.flip;
   if (options.fail) measures.threshold = *options.fail;
   measures.forLimits = options.fail || options.hardFail || options.maxMean;
-  const std::filesystem::path film = options.video.empty() ? "" : newFilmFolder(options.video);
+  std::filesystem::path film;
+  if (!options.video.empty()) {
+    checkFilm(options.video, false);
+    film = newFilmFolder(options.video);
+  }
   const report::RunComparison comparison =
       report::compareRuns(run, reference, measures, {options.out, film});
   const std::span<const report::RunComparison> one(&comparison, 1);
@@ -113,9 +117,9 @@ ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
   }
   std::string text;
   for (const report::Table& table : tables) text += (text.empty() ? "" : "\n") + fittedText(table);
-  if (!film.empty()) makeFilm(options.video);
   printData(common.json ? report::errorJson(one) + "\n" : text);
-  return exceeds(comparison, options) ? ExitCode::LimitsExceeded : ExitCode::Done;
+  const ExitCode made = film.empty() ? ExitCode::Done : makeFilm(options.video);
+  return exceeds(comparison, options) ? ExitCode::LimitsExceeded : made;
 }
 
 }  // namespace
@@ -133,7 +137,8 @@ Command compareCommand(CommonOptions& common) {
       option(
           "--video", options->video, "FILE",
           "Film of run, reference and the change of the error, side by side; needs ffmpeg, which "
-          "knows the format by FILE's extension, such as .mp4 [none is made]",
+          "knows the format by FILE's extension, such as .mp4; without it, the pictures stay in "
+          "FILE.frames, and the exit code is 5 [none is made]",
           {.notEmpty = true}),
       option("--fail", options->fail, "X",
              "A pixel fails if its R, G, B or A differs by more than X (scene-linear; for "

@@ -1,11 +1,9 @@
 #include "app/film.h"
 
 #include <fmt/core.h>
-#include <sys/wait.h>
 
 #include <cstdlib>
 
-#include "core/error.h"
 #include "core/log.h"
 #include "core/text.h"
 
@@ -19,40 +17,51 @@ std::filesystem::path folderOf(const std::filesystem::path& film) {
   return film.string() + ".frames";
 }
 
+std::string commandOf(const std::filesystem::path& film) {
+  return fmt::format(
+      "ffmpeg -nostdin -y -loglevel error -framerate {} -i {} -vf {} -pix_fmt yuv420p {}",
+      kFilmRate, shellWord((folderOf(film) / "%04d.png").string()),
+      shellWord("pad=ceil(iw/2)*2:ceil(ih/2)*2"), shellWord(film.string()));
+}
+
+bool haveFfmpeg() {
+  return std::system("command -v ffmpeg >/dev/null") == 0;
+}
+
 }  // namespace
 
-void requireNoFilm(const std::filesystem::path& film) {
+void checkFilm(const std::filesystem::path& film, bool again) {
   for (const std::filesystem::path& file : {film, folderOf(film)})
-    if (std::filesystem::exists(file))
+    if (std::filesystem::exists(file) && !(again && file != film))
       throw UsageError("--video " + film.string() + ": " + file.string() +
                        " exists; remove it or choose another name");
+  if (!haveFfmpeg())
+    log::warning("--video " + film.string() +
+                 ": there is no ffmpeg here. With it, this command makes the film of the pictures "
+                 "that this run will leave: " +
+                 commandOf(film));
 }
 
 std::filesystem::path newFilmFolder(const std::filesystem::path& film) {
-  requireNoFilm(film);
   std::filesystem::path pictures = folderOf(film);
+  std::filesystem::remove_all(pictures);
   std::filesystem::create_directories(pictures);
   return pictures;
 }
 
-void makeFilm(const std::filesystem::path& film) {
-  const std::filesystem::path pictures = folderOf(film);
-  const std::string command = fmt::format(
-      "ffmpeg -nostdin -y -loglevel error -framerate {} -i {} -vf {} -pix_fmt yuv420p {}",
-      kFilmRate, shellWord((pictures / "%04d.png").string()),
-      shellWord("pad=ceil(iw/2)*2:ceil(ih/2)*2"), shellWord(film.string()));
-  const int status = std::system(command.c_str());
-  if (status == 0) {
+ExitCode makeFilm(const std::filesystem::path& film) {
+  const std::string command = commandOf(film);
+  const bool have = haveFfmpeg();
+  if (have && std::system(command.c_str()) == 0) {
     log::info("film: " + film.string());
-    std::filesystem::remove_all(pictures);
-    return;
+    std::filesystem::remove_all(folderOf(film));
+    return ExitCode::Done;
   }
-  constexpr int kNotFound = 127;  // of a shell
-  const bool missing = WIFEXITED(status) && WEXITSTATUS(status) == kNotFound;
-  log::warning(film.string() +
-               (missing ? ": there is no ffmpeg here. With it, this command makes the film: "
-                        : ": ffmpeg failed, its message is above. The command: ") +
-               command);
+  log::error(film.string() +
+             (have ? ": ffmpeg failed, its message is above. The command: "
+                   : ": not made, for want of ffmpeg. With it, this command makes the film: ") +
+             command);
+  return ExitCode::Output;
 }
 
 }  // namespace catoptric::app

@@ -183,8 +183,9 @@ std::filesystem::path filmOf(const std::filesystem::path& file, const run::RunCo
 }
 
 /// Makes films of the methods' previews.
-void makeFilms(const std::filesystem::path& video, const run::RunConfig& run,
-               const std::vector<run::MethodResult>& results) {
+ExitCode makeFilms(const std::filesystem::path& video, const run::RunConfig& run,
+                   const std::vector<run::MethodResult>& results) {
+  ExitCode code = ExitCode::Done;
   for (const run::MethodResult& result : results) {
     const std::filesystem::path film = filmOf(video, run, result.name);
     const std::filesystem::path pictures = newFilmFolder(film);
@@ -192,8 +193,9 @@ void makeFilms(const std::filesystem::path& video, const run::RunConfig& run,
     for (const auto& [frame, preview] : report::readSequence(result.folder).previews)
       std::filesystem::create_symlink(std::filesystem::absolute(preview),
                                       pictures / fmt::format("{:04}.png", ++number));
-    makeFilm(film);
+    if (const ExitCode made = makeFilm(film); made != ExitCode::Done) code = made;
   }
+  return code;
 }
 
 /// The options with those of previews among --set.
@@ -208,12 +210,12 @@ RunOptions withPreviews(const RenderOptions& options) {
 }
 
 /// A film that cannot be made is said before frames are rendered.
-void checkVideo(const std::filesystem::path& video, const run::RunConfig& run) {
+void checkVideo(const std::filesystem::path& video, const run::RunConfig& run, bool again) {
   if (video.empty()) return;
   if (!run.preview.enabled)
     throw UsageError("--video is made of previews; set preview.enabled to true");
   for (const run::MethodConfig& method : run.methods)
-    requireNoFilm(filmOf(video, run, method.name));
+    checkFilm(filmOf(video, run, method.name), again);
 }
 
 /// Options of --repeats that contradict others.
@@ -237,7 +239,7 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   ProgressPrinter printer(mode);
   const run::RunConfig run = readRun(withPreviews(options));
   checkRepeats(options, run);
-  checkVideo(options.video, run);
+  checkVideo(options.video, run, session.existing != run::Existing::Error);
   session.out = outFolder(options, run);
   if (!run.errorsDropped.empty())
     log::info("errors against " + joined(run.errorsDropped, ", ") +
@@ -267,8 +269,9 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   printResults(run, results, session.out, code != ExitCode::Done, options, common.json,
                repeatTimes(options, stage, session.out, printer));
   if (stopSignal() != 0) return stoppedCode();
-  if (!options.video.empty()) makeFilms(options.video, run, results);
-  return code;
+  const ExitCode films =
+      options.video.empty() ? ExitCode::Done : makeFilms(options.video, run, results);
+  return code == ExitCode::Done ? films : code;
 }
 
 }  // namespace
@@ -290,7 +293,8 @@ Command renderCommand(CommonOptions& common) {
       option(
           "--video", options->video, "FILE",
           "Make a film of each method's previews, with 30 frames per second. Needs ffmpeg, which "
-          "takes the format from FILE's extension, such as .mp4",
+          "takes the format from FILE's extension, such as .mp4; without it, the pictures stay in "
+          "FILE.frames, and the exit code is 5",
           {.notEmpty = true}),
       option("--ocio", options->ocio, "CONFIG",
              "OpenColorIO config (.ocio) for the previews [built in]", {.notEmpty = true}),
