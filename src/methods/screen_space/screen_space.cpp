@@ -196,6 +196,8 @@ class ScreenSpace : public Method {
       targets.push_back({.texture = missed_});
     }
     target_ = gl::Framebuffer("screen space", targets, {.texture = gbuffer.depth});
+    if (settings.leavesSamples)
+      left_ = gl::Framebuffer("left samples", {{.texture = missed_}}, {.texture = gbuffer.depth});
     if (settings.countDisocclusions) {
       ends_ = gl::Texture::makeArray("ends of rays", GL_R32UI, width, height,
                                      static_cast<int>(raysOfLobes(reflectors_)));
@@ -229,7 +231,7 @@ class ScreenSpace : public Method {
       if (cones(reflectors_)) services.timer.measure("colours", [&] { drawColours(gbuffer); });
       services.timer.measure("march", [&] {
         march(services, input.frame.camera);
-        refractive = refractive_.count(gbuffer);
+        refractive = refractive_.count(gbuffer, settings_.leavesSamples ? &left_ : nullptr);
         samples = (reflectors_.mirrors() ? mirrorSamples_.read() : 0) +
                   (reflectors_.glossy ? glossySamples_.read() : 0);
         counts_.read(0, sizeof counts, counts.data());
@@ -255,7 +257,7 @@ class ScreenSpace : public Method {
     output.counters["samples"] = samples;
     output.counters["cones"] = cones(reflectors_) ? glossySamples_.read() : 0;
     output.counters["retraced"] = missed;
-    output.counters["refraction_mirrored"] = refractive;
+    output.counters["refraction_mirrored"] = settings_.leavesSamples ? 0 : refractive;
     if (options_.fallback == Fallback::EnvironmentMap)
       output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
     output.counters["hits"] = counts[shared::kHit];
@@ -451,6 +453,7 @@ class ScreenSpace : public Method {
   gl::Texture ends_;  ///< R32UI: with count_disocclusions, how rays ended
   gl::Framebuffer endsTarget_;
   gl::Framebuffer target_;
+  gl::Framebuffer left_;  ///< `missed_` alone
   gl::Buffer counts_;
   gl::FragmentCounter mirrorSamples_;
   gl::FragmentCounter glossySamples_;

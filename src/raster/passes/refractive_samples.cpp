@@ -24,14 +24,15 @@ RefractiveSamples::RefractiveSamples(const scene::Scene& scene) {
   refracts_ = gl::Texture::makeBuffer("what refracts", GL_R8UI, buffer_);
 }
 
-std::uint64_t RefractiveSamples::count(const GBuffer& gbuffer) const {
+std::uint64_t RefractiveSamples::count(const GBuffer& gbuffer,
+                                       const gl::Framebuffer* marked) const {
   if (program_.empty()) return 0;
-  gbuffer.reflectionFramebuffer.bind();
+  (marked != nullptr ? *marked : gbuffer.reflectionFramebuffer).bind();
   program_.use();
   gbuffer.object.bind(0);
   refracts_.bind(1);
   gl::DrawState state = onMirrors();
-  state.colors = 0;
+  if (marked == nullptr) state.colors = 0;
   const gl::DrawScope scope(state);
   counter_.begin();
   gl::drawFullScreenTriangle();

@@ -170,6 +170,30 @@ TEST(Mixture, LeftSamplesAreTheFallbacksOwn) {
   }
 }
 
+/// screen_space would mirror what its rays hit, in the midst of what the other method refracts.
+TEST(Mixture, AFallbackRendersAllOfWhatRefracts) {
+  scene::Scene glass = room();
+  glass.materials[glass.objects[kMirror - 1].material].refraction = 1.5f;
+  const Frame traced(R"({"method": "traced", "bounces": 2})", glass);
+  const Frame mirrored(R"("traced")");
+  const Frame hybrid(
+      R"({"method": "screen_space", "fallback": {"method": "traced", "bounces": 2}})", glass);
+  int wrong = 0;
+  int mirrors = 0;
+  for (std::size_t at = 0; at < hybrid.object.size(); ++at) {
+    if (hybrid.object[at] != kMirror) continue;
+    ++mirrors;
+    const bool same = (hybrid.masks[at] & raster::kMaskFallback) != 0 &&
+                      std::equal(&hybrid.reflection[4 * at], &hybrid.reflection[4 * at] + 3,
+                                 &traced.reflection[4 * at]);
+    wrong += same ? 0 : 1;
+  }
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GT(mirrors, 500);
+  EXPECT_GT(traced.differing(mirrored, kMirror).first, 500);
+  EXPECT_EQ(hybrid.output.counters.at("refraction_mirrored"), 0u);
+}
+
 TEST(Mixture, AFallbackServesTheEntrysOwnReflectorsAlone) {
   const Frame looked(R"("environment_map")");
   const Frame traced(R"("traced")");
