@@ -44,7 +44,10 @@ TEST_F(Gltf, MetallicRoughnessAndExtensionsGiveSAndG) {
   m = materialOf(
       R"({"emissiveFactor":[1,0.5,0.25],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":8}}})");
   expectNear(m.emissive, Vec3(8, 4, 2));
-  EXPECT_EQ(m.specularLevel, 1.0f);  // metallic is 1 by default
+  EXPECT_EQ(m.specularLevel, 0.0f);  // metallic is 1 by default, but metals would hide the light
+  m = materialOf(
+      R"({"emissiveFactor":[1,0.5,0.25],"pbrMetallicRoughness":{"roughnessFactor":0.25}})");
+  EXPECT_EQ(m.specularLevel, 1.0f);  // a mirror shows little else
 
   m = materialOf(R"({"extensions":{"KHR_materials_unlit":{}}})");
   EXPECT_TRUE(m.unlit);

@@ -364,6 +364,20 @@ class MaterialReader {
     m.roughnessFactor = std::pow(alpha * along, 0.25f);
   }
 
+  /// The share of light that metals reflect takes the place of what they emit, too. Files that say
+  /// nothing of metal mean rough metals.
+  void setEmittingMetal(const std::string& place, Material& m) {
+    constexpr float kRough = 0.5f;  // looks much the same as diffuse
+    if (m.emissive == Vec3(0.0f) || !(m.metallicFactor > 0.0f)) return;
+    const bool plain = !m.emissiveTexture.used() && !m.metallicRoughnessTexture.used();
+    if (plain && m.roughnessFactor >= kRough) {
+      m.metallicFactor = 0.0f;
+      note(place + ": emits light, and so is drawn as no metal");
+    } else {
+      note(place + ": the light that it emits is left out where it is a metal");
+    }
+  }
+
   Material material(const tinygltf::Material& source, const std::string& place, std::size_t index) {
     Material m;
     m.lobe = LobeModel::Ggx;
@@ -399,6 +413,8 @@ class MaterialReader {
       m.emissive[c] =
           static_cast<float>(source.emissiveFactor[static_cast<std::size_t>(c)]) * emissiveStrength;
     }
+
+    setEmittingMetal(place, m);
 
     // Reflectance at normal incidence of the part that is no metal.
     const double ior = numberOr(extension(source.extensions, "KHR_materials_ior"), "ior", 1.5);
