@@ -88,6 +88,25 @@ TEST_F(App, LensesThatShowNothingAreWarnedOf) {
               HasSubstr("nothing can be seen through \"lens\""));
 }
 
+TEST_F(App, FallbacksTakeOptionsAlsoWhereTheirNameAloneIsGiven) {
+  std::ofstream(folder / "ball.json") << R"({"objects": [
+  {"name": "ball", "shape": "sphere", "segments": [8, 6], "material": {"s": 1, "g": 0}}]})";
+  const auto plan = [&](const std::string& fallback, const std::string& options) {
+    std::ofstream(folder / "fall.json")
+        << R"({"scene": "ball.json", "methods": [{"method": "screen_space", "name": "mine", "fallback": ")"
+        << fallback << "\"}]}";
+    return run("plan fall.json --set image.width=8 --set image.height=8" + options);
+  };
+  const std::string option = " --set methods.mine.fallback.";
+  EXPECT_THAT(plan("traced", option + "rays=0").err,
+              HasSubstr("/methods/0/fallback/rays: 0 is out of range"));
+  EXPECT_EQ(plan("traced", option + "rays=4").exitCode, 0);
+  EXPECT_THAT(plan("black", option + "rays=4").err, HasSubstr("has no members"));
+  EXPECT_THAT(plan("planar", "").err,
+              HasSubstr("--set methods.mine.fallback.unsupported=environment_map (or =traced)"));
+  EXPECT_EQ(plan("planar", option + "unsupported=traced").exitCode, 0);
+}
+
 TEST_F(App, ConfigErrorsNameFileLineAndPlace) {
   std::ofstream(folder / "bad.json") << "{\"scene\": \"scene.json\",\n\"image\": {\"widht\": 5}}";
   const Result result = run("plan bad.json");

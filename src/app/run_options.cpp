@@ -102,11 +102,12 @@ void checkSettingName(const config::Value& root, const std::string& path) {
   if (!hint.empty()) throw UsageError("\"" + path + "\" is an option of a method; name it " + hint);
 }
 
-/// Changes one value. A method is named by its number or its name in the config, and gets options
-/// also where the config gives its name alone.
+/// Changes one value. A method is named by its number or its name in the config. It and its
+/// fallback get options also where the config gives their names alone.
 config::Value changed(const config::Value& root, const std::string& path,
                       const std::string& value) {
   constexpr std::string_view kMethods = "methods.";
+  constexpr std::string_view kFallback = ".fallback.";
   const config::Value methods = root.get("methods");
   const std::size_t dot = path.find('.', kMethods.size());
   checkSettingName(root, path);
@@ -117,6 +118,7 @@ config::Value changed(const config::Value& root, const std::string& path,
   std::string chosen = path.substr(kMethods.size(), dot - kMethods.size());
   std::vector<std::string> names;
   std::string shorthand;
+  std::string fallback;
   for (const config::Value& method : methods.asArray()) {
     const bool isName = method.kind() == config::Value::Kind::String;
     const config::Value name = isName               ? method
@@ -125,15 +127,23 @@ config::Value changed(const config::Value& root, const std::string& path,
     names.push_back(name.isNull() ? "" : name.asString());
     const std::string number = std::to_string(names.size() - 1);
     if (chosen == names.back()) chosen = number;
-    if (chosen == number && isName) shorthand = method.asString();
+    if (chosen != number) continue;
+    if (isName) shorthand = method.asString();
+    if (!isName && method.get("fallback").kind() == config::Value::Kind::String)
+      fallback = method.get("fallback").asString();
   }
   if (chosen.find_first_not_of("0123456789") != std::string::npos)
     throw UsageError("--set " + path + "=" + value + ": the config has no method \"" + chosen +
                      "\"" + didYouMean(chosen, names) + "; it has " + joined(names, ", "));
   config::Value expanded = root;
-  if (!shorthand.empty())
-    expanded = config::withSetting(expanded, "methods." + chosen,
-                                   config::JsonText().add("method", shorthand).object());
+  const auto expand = [&](const std::string& place, const std::string& method) {
+    expanded =
+        config::withSetting(expanded, place, config::JsonText().add("method", method).object());
+  };
+  if (!shorthand.empty()) expand("methods." + chosen, shorthand);
+  if (path.compare(dot, kFallback.size(), kFallback) == 0 &&
+      methods::findMethod(methods::registry(), fallback) != nullptr)
+    expand("methods." + chosen + ".fallback", fallback);
   return config::withSetting(expanded, "methods." + chosen + path.substr(dot), value);
 }
 

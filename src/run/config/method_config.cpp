@@ -113,14 +113,12 @@ std::optional<MethodConfig> readFallback(const Value& value, const methods::Meth
     return {};
   }
   std::optional<MethodConfig> method = readMethod(value, registry, errors, true);
-  const bool same = method && (method->id == entry.id ||
-                               std::ranges::find(method->reflectors, entry.id,
-                                                 &ReflectorRule::id) != method->reflectors.end());
-  if (same) {
-    errors.add(value, entry.id + " would find nothing there either; name another method");
-    return {};
-  }
-  return method;
+  if (!method) return {};
+  const auto rule = std::ranges::find(method->reflectors, entry.id, &ReflectorRule::id);
+  if (method->id != entry.id && rule == method->reflectors.end()) return method;
+  errors.add(method->id == entry.id ? value : rule->place,
+             entry.id + " would find nothing there either; name another method");
+  return {};
 }
 
 /// A method of `methods` or `reflectors`: "traced" or {"method": "traced", ...}. Nothing when it

@@ -272,12 +272,19 @@ void appendItems(const std::vector<PlanItem>& items, std::string& text) {
   }
 }
 
+/// How to render what a method refuses, or what its fallback does.
 std::string hint(const MethodConfig& method) {
+  const auto refuses = [](const std::string& id) {
+    const methods::MethodEntry* entry = methods::findMethod(methods::registry(), id);
+    return entry == nullptr || entry->refusesReflectors;
+  };
+  std::string name = "methods." + method.name;
+  const bool inFallback = !method.fallback.empty() && refuses(method.fallback.front().id);
   // A method without the option does all reflectors itself: another one was named for this object.
-  for (const methods::MethodEntry& entry : methods::registry())
-    if (entry.id == method.id && !entry.refusesReflectors)
-      return "give another method for it in \"reflectors\" of methods." + method.name;
-  return "--set methods." + method.name + ".unsupported=" + joined(fallbackMethods(), " (or =") +
+  if (!inFallback && !refuses(method.id))
+    return "give another method for it in \"reflectors\" of " + name;
+  if (inFallback) name += ".fallback";
+  return "--set " + name + ".unsupported=" + joined(fallbackMethods(), " (or =") +
          ") renders it by that method";
 }
 
