@@ -93,6 +93,19 @@ TEST(CubeMap, LeavesOutObjectsThatEncloseItsCentreButNoRoom) {
   EXPECT_THAT(enclosing(Vec3(0.0f, 0.01f, 0.0f), scene, geometryOf(scene, 1.0)), ElementsAre(6));
 }
 
+/// As of a file with one object: seen from within, it would hide what it reflects.
+TEST(CubeMap, LeavesOutALargeSolidThatReflects) {
+  test::SceneBuilder builder;
+  builder.add(scene::makeSphere(1.0f, 16, 8, scene::UvMode::Unit), builder.reflective(1.0f));
+  scene::BoxShape room;
+  room.size = Vec3(2.5f);
+  room.inward = true;
+  builder.add(scene::makeBox(room, scene::UvMode::Unit), builder.reflective(1.0f));
+  builder.add(scene::makeSphere(1.2f, 16, 8, scene::UvMode::Unit), builder.diffuse(Vec3(0.5f)));
+  const scene::Scene& scene = builder.scene();
+  EXPECT_THAT(enclosing(Vec3(0.0f, 0.01f, 0.0f), scene, geometryOf(scene)), ElementsAre(1));
+}
+
 TEST(CubeMap, PlanCountsItsFaces) {
   const std::vector<PlanItem> one = cubeMapItems(4, false);
   EXPECT_EQ(one[0].kind, "precomputation");

@@ -9,8 +9,8 @@ namespace catoptric::methods {
 
 namespace {
 
-/// An object about a map's centre has at most this share of the scene's diameter: a room's shell
-/// is what the map is for. Ours.
+/// An object about a map's centre that has more than this share of the scene's diameter is a room's
+/// shell, which the map is for, unless it is a solid that reflects: a model alone. Ours.
 constexpr float kLargestAbout = 0.5f;
 /// A surface encloses a point if it winds around it by more than this. It is 1 inside of a closed
 /// surface with outward normals, 0 outside [Jacobson2013].
@@ -68,13 +68,15 @@ std::vector<int> enclosing(const Vec3& centre, const scene::Scene& scene,
   for (std::size_t i = 0; i < geometry.objects.size(); ++i) {
     const frame::ObjectRange& object = geometry.objects[i];
     const Box3& box = object.bounds;
-    const Vec3 size = box.max - box.min;
-    if (glm::length(size) > kLargestAbout * geometry.bounds.diameter() ||
-        !glm::all(glm::lessThanEqual(box.min, centre)) ||
+    if (!glm::all(glm::lessThanEqual(box.min, centre)) ||
         !glm::all(glm::greaterThanEqual(box.max, centre)))
       continue;
+    const Vec3 size = box.max - box.min;
+    const bool large = glm::length(size) > kLargestAbout * geometry.bounds.diameter();
+    const bool reflects = scene.objects[i].reflector != 0;
+    if (large && !reflects) continue;
     const bool flat = std::min({size.x, size.y, size.z}) <= 1e-3f * glm::length(size);
-    if (scene.objects[i].reflector != 0 ? !flat : winding(centre, geometry, object) > kEncloses)
+    if (reflects && !large ? !flat : winding(centre, geometry, object) > kEncloses)
       ids.push_back(static_cast<int>(i) + 1);
   }
   return ids;

@@ -21,7 +21,8 @@ std::vector<PlanItem> cubeMapItems(int faceSize, bool again, int maps = 1);
 
 /// Ids of the objects that a map around `centre` leaves out, since from within them nothing else
 /// would be seen: reflectors whose box holds the centre, and other objects whose surface encloses
-/// it. An object larger than half of the scene is a room, and stays; so does a flat reflector.
+/// it. Larger than half of the scene they are a room and stay, except reflectors whose surface
+/// encloses it. A flat reflector stays.
 std::vector<int> enclosing(const Vec3& centre, const scene::Scene& scene,
                            const frame::Geometry& geometry);
 
