@@ -60,7 +60,7 @@ TEST_F(Nightly, ExitCodesSayHowTheNightWas) {
   EXPECT_EQ(nightly("accept '*' --reason r").exitCode, 2);  // there is no history
   const Result first = nightly(suite() + "--junit j/n.xml --html page");
   EXPECT_EQ(first.exitCode, 0) << first.err;
-  EXPECT_THAT(first.out, HasSubstr("2 cases, 0 regressions"));
+  EXPECT_THAT(first.out, HasSubstr("2 cases: 0 regressions, 0 crashes, 2 new; 6 frames"));
   EXPECT_THAT(first.out, HasSubstr(": good\n"));
   EXPECT_THAT(textOf(folder / "j/n.xml"), HasSubstr("classname=\"small.ball.reference\""));
   EXPECT_EQ(nightly("accept '*'").exitCode, 2);  // without a reason
@@ -143,7 +143,7 @@ TEST_F(Nightly, WhatHangsIsACrashAndTheNightGoesOn) {
       nightly("small.suite.json --progress none -q --patience 0.05 --program ./hangs");
   EXPECT_EQ(result.exitCode, 6) << result.err;
   EXPECT_THAT(result.out, HasSubstr("./hangs did not answer for 3 s and was killed"));
-  EXPECT_THAT(result.out, HasSubstr("2 cases, 0 regressions, 1 crashes"));
+  EXPECT_THAT(result.out, HasSubstr("2 cases: 0 regressions, 1 crashes"));
 }
 
 TEST_F(Nightly, ProgramsCanReadWhatItSays) {
@@ -151,14 +151,24 @@ TEST_F(Nightly, ProgramsCanReadWhatItSays) {
   EXPECT_EQ(first.exitCode, 0) << first.err;
   EXPECT_EQ(
       first.out,
-      "{\"night\":1,\"cases\":1,\"regressions\":0,\"crashes\":0,\"skipped\":4,\"to_accept\":3,"
-      "\"end\":\"good\",\"faults\":[]}\n");
+      "{\"night\":1,\"cases\":1,\"regressions\":0,\"crashes\":0,\"skipped\":1,\"to_accept\":3,"
+      "\"changed_settings\":[],\"end\":\"good\",\"faults\":[]}\n");
   EXPECT_THAT(nightly("log").out, HasSubstr("small.ball.truth  picture  new      1,2,3"));
   EXPECT_EQ(nightly("accept '*' --reason ' '").exitCode, 2);
   // Several patterns may name the same frames
   EXPECT_EQ(nightly("accept '*' '*.truth' '*:2' --reason r --json").out,
             "{\"acknowledgement\":1,\"frames\":3,\"times\":0}\n");
   EXPECT_THAT(nightly("log --json").out, HasSubstr("\"wanted\":[],\"acknowledgements\":[{"));
+}
+
+TEST_F(Nightly, CasesWithChangedSettingsAreNamed) {
+  ASSERT_EQ(nightly(suite()).exitCode, 0);
+  std::string config = textOf(folder / "run.json");
+  std::ofstream(folder / "run.json") << config.replace(config.find("16"), 2, "20");
+  const std::string names = "changed settings: small.ball.reference, small.ball.truth";
+  EXPECT_THAT(nightly(suite() + "--html page").out,
+              HasSubstr("2 changed settings; 6 frames wait for acceptance; " + names + ": good\n"));
+  EXPECT_THAT(textOf(folder / "page/index.html"), HasSubstr(names + ".</p>"));
 }
 
 TEST_F(Nightly, NobodysPageIsReplaced) {

@@ -20,6 +20,7 @@
 #include "nightly/junit.h"
 #include "nightly/night.h"
 #include "nightly/page.h"
+#include "nightly/summary.h"
 #include "report/table.h"
 
 namespace catoptric::app {
@@ -162,16 +163,14 @@ ExitCode conclude(const Night& night, const std::vector<Verdict>& verdicts, bool
                   .add("crashes", summary.crashes)
                   .add("skipped", summary.skipped)
                   .add("to_accept", summary.toAccept)
+                  .add("changed_settings", summary.changedSettings)
                   .add("end", end)
                   .raw("faults", faults)
                   .object() +
               "\n");
   else
-    printData(faults + "Night " + std::to_string(night.id) + ": " + std::to_string(summary.cases) +
-              " cases, " + std::to_string(summary.regressions) + " regressions, " +
-              std::to_string(summary.crashes) + " crashes, " + std::to_string(summary.skipped) +
-              " undecided, new or accepted; " + std::to_string(summary.toAccept) +
-              " frames wait for acceptance: " + end + "\n");
+    printData(faults + "Night " + std::to_string(night.id) + ": " + summary.text() + ": " + end +
+              "\n");
   return code;
 }
 

@@ -75,6 +75,9 @@ struct Night {
 /// The status of a case of which another scene was accepted than tonight's.
 inline constexpr const char* kChangedScene = "changed scene";
 
+/// The status of a case whose settings have changed.
+inline constexpr const char* kChangedSetting = "changed setting";
+
 enum class Outcome { Good, Skipped, Regression, Crash };
 
 /// The verdict on one aspect of a case in a night.

@@ -114,7 +114,7 @@ class NightJudge {
       return;
     }
     if (before->first == facts.bench) return;
-    add(facts.name, "scene", "changed setting", Outcome::Skipped, 0,
+    add(facts.name, "scene", kChangedSetting, Outcome::Skipped, 0,
         "its settings have changed, so its history starts again: " +
             differenceOf(before->second, facts.description));
   }
@@ -543,28 +543,6 @@ std::vector<Level> levelsOf(const std::vector<TrendPoint>& trend) {
                                               logs.begin() + static_cast<std::ptrdiff_t>(end)}))});
   }
   return levels;
-}
-
-Outcome outcomeOf(const Verdict& verdict) {
-  return verdict.acknowledgement != 0 && verdict.outcome != Outcome::Good ? Outcome::Skipped
-                                                                          : verdict.outcome;
-}
-
-Summary summaryOf(const std::vector<Verdict>& verdicts) {
-  Summary summary;
-  std::set<std::string> names;
-  for (const Verdict& verdict : verdicts) {
-    names.insert(verdict.name);
-    const Outcome outcome = outcomeOf(verdict);
-    summary.regressions += outcome == Outcome::Regression ? 1 : 0;
-    summary.crashes += outcome == Outcome::Crash ? 1 : 0;
-    summary.skipped += outcome == Outcome::Skipped ? 1 : 0;
-    if (verdict.kind == "picture" && verdict.acknowledgement == 0 &&
-        (verdict.status == "new" || verdict.status == "changed" || verdict.status == "improved"))
-      ++summary.toAccept;
-  }
-  summary.cases = static_cast<int>(names.size());
-  return summary;
 }
 
 std::vector<Verdict> judgeNight(History& history, const Night& night, const Gates& gates,

@@ -15,18 +15,6 @@ namespace catoptric::nightly {
 std::vector<Verdict> judgeNight(History& history, const Night& night, const Gates& gates,
                                 const std::vector<std::string>& mustBeZero);
 
-/// The number of verdicts of each outcome. Bad verdicts that were accepted (`nightly accept`) count
-/// as skipped.
-struct Summary {
-  int cases = 0;
-  int regressions = 0;
-  int crashes = 0;
-  int skipped = 0;
-  int toAccept = 0;  ///< frames that are new, changed or improved
-};
-Outcome outcomeOf(const Verdict& verdict);
-Summary summaryOf(const std::vector<Verdict>& verdicts);
-
 /// The time of a case relative to the anchor build, in one night. trendOf() returns them, oldest
 /// first.
 struct TrendPoint {

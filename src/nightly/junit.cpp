@@ -3,7 +3,7 @@
 #include <map>
 
 #include "core/text.h"
-#include "nightly/judge_night.h"
+#include "nightly/summary.h"
 #include "report/html.h"
 
 namespace catoptric::nightly {

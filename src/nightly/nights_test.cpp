@@ -12,6 +12,7 @@
 #include "nightly/accept.h"
 #include "nightly/open_night.h"
 #include "nightly/page.h"
+#include "nightly/summary.h"
 #include "nightly/test_lab.h"
 
 namespace catoptric::nightly {
@@ -170,6 +171,30 @@ TEST_F(Nights, FaultsAreNamedWithTheNightTheyBegan) {
        std::map<std::string, int>{{"own.c.m", 7}, {"own.d.m", 8}, {"own.e.m", 9}, {"own.f.m", 10}})
     EXPECT_EQ(firstSeen[name], night) << name;
   for (const auto& [name, night] : firstSeen) std::printf("%s: night %d\n", name.c_str(), night);
+}
+
+TEST_F(Nights, ChangedSettingsAreNamedAndEachCaseIsCountedOnce) {
+  std::erase_if(suite.scenes, [](const auto& one) { return one.name > "d"; });
+  EXPECT_THAT(summaryOf(night({})).text(),
+              HasSubstr("4 cases: 0 regressions, 0 crashes, 4 new; 32 "));
+  acceptVerdicts(*history, {{"*"}, "first", "tester"});
+  scene("a").settings = {{"image.width", "64"}};
+  scene("b").settings = {{"image.width", "64"}};
+  Build build;
+  build.nan.insert("b");
+  build.steps["c"] = 1;
+  const std::vector<Verdict> verdicts = night(build);
+  const Summary summary = summaryOf(verdicts);
+  EXPECT_EQ(summary.regressions, 2);  // b and c, with 8 frames each
+  EXPECT_EQ(summary.skipped, 1);
+  EXPECT_THAT(summary.text(), HasSubstr("1 changed settings; "));
+  EXPECT_THAT(summary.text(), HasSubstr("; changed settings: own.a.m, own.b.m"));
+  PageOptions page;
+  page.out = folder / "page";
+  EXPECT_THAT(readTextFile(writePage(*history, *history->night(2), verdicts, page)),
+              HasSubstr("; changed settings: own.a.m, own.b.m.</p>"));
+  acceptVerdicts(*history, {{"c.m"}, "it has to", "tester"});
+  EXPECT_THAT(summaryOf(history->verdicts(2)).text(), HasSubstr("1 accepted, 1 changed settings"));
 }
 
 TEST_F(Nights, FlickerThatRisesIsARegression) {

@@ -14,6 +14,7 @@
 #include "nightly/junit.h"
 #include "nightly/page_assets.h"
 #include "nightly/page_pictures.h"
+#include "nightly/summary.h"
 #include "report/html.h"
 #include "study/chart.h"
 
@@ -145,17 +146,14 @@ class PageWriter {
            text(night_.started) + ", effort " + text(night_.effort) + ", build <code>" +
            text(night_.build) + "</code> (" + text(night_.version) + ") on " +
            text(night_.machine) + "</p>\n<p class=\"end " + outcomeName(worst) + "\">" +
-           std::to_string(summary_.cases) + " cases: " + std::to_string(summary_.regressions) +
-           " regressions, " + std::to_string(summary_.crashes) + " crashes, " +
-           std::to_string(summary_.skipped) + " undecided, new or acknowledged. " +
-           std::to_string(summary_.toAccept) + " frames wait for acceptance.</p>\n";
+           text(summary_.text()) + ".</p>\n";
   }
 
   static std::string filter() {
     std::string boxes;
     for (const auto& [value, label] :
          {std::pair{"crash", "crashes"}, std::pair{"regression", "regressions"},
-          std::pair{"skipped", "undecided, new"}, std::pair{"good", "good"}})
+          std::pair{"skipped", "others"}, std::pair{"good", "good"}})
       boxes += "<label><input type=\"checkbox\" name=\"outcome\" value=\"" + std::string(value) +
                "\" checked> " + label + "</label>\n";
     return "<form class=\"filter\" hidden role=\"search\"><label>Filter <input type=\"search\" "
