@@ -24,6 +24,8 @@ constexpr Vec3 kSunDirection{0.5f, -1.0f, -0.6f};
 /// Of the sun's disk, radians: its shadows are as soft as cells of the ground allow.
 constexpr float kSunRadius = 0.03f;
 constexpr int kBakeRays = 96;
+/// One more than in a description: the first one brings only the light of sky and sun.
+constexpr int kBakeGathers = 3;
 
 /// Longest edge of a triangle with baked light, in diameters of the scene; longer where more than
 /// kMostAdded triangles would be added.
@@ -101,7 +103,8 @@ void refineMeshes(Scene& scene) {
 
 void bakeAll(Scene& scene) {
   for (Light& light : scene.lights) light.baked = true;
-  scene.bake = {.mode = BakeMode::Full, .rays = kBakeRays, .bounces = 2, .skyApart = true};
+  scene.bake = {
+      .mode = BakeMode::Full, .rays = kBakeRays, .bounces = kBakeGathers, .skyApart = true};
   const std::size_t before = scene.triangleCount();
   refineMeshes(scene);
   if (scene.triangleCount() > before)
