@@ -14,7 +14,7 @@
 namespace catoptric::trace {
 namespace {
 
-constexpr std::uint32_t kCacheVersion = 8;  ///< raise it when results change
+constexpr std::uint32_t kCacheVersion = 9;  ///< raise it when results change
 constexpr CacheKind kCache{"bake",
                            {'c', 'a', 't', 'b', 'a', 'k', 'e', '1'},
                            "the light is baked again",

@@ -12,6 +12,7 @@
 #include "core/test_fields.h"
 #include "frame/test_scenes.h"
 #include "scene/animate.h"
+#include "trace/bake/emitters.h"
 #include "trace/bake/lattice.h"
 #include "trace/bake/points.h"
 
@@ -105,6 +106,23 @@ TEST(BakePoints, TakeConsecutivePartsOfOneSequence) {
   const std::vector<Vec2> moved = sorted(trace::latticePoints(32), trace::sequenceShift(7 * 32));
   for (std::size_t k = 0; k < later.size(); ++k)
     EXPECT_LT(glm::length(later[k] - moved[k]), 1e-5f) << k;
+}
+
+TEST(BakeEmitters, ArePickedByPowerAndEvenlyOverEachOne) {
+  // The second one has 1e-6 of the power, which fewer bits than a double has would not resolve.
+  trace::Emitters emitters;
+  emitters.triangles.resize(3);
+  emitters.cumulative = {0.7, 0.700001, 1.0};
+  const std::array<double, 4> bounds = {0.0, 0.7, 0.700001, 1.0};
+  for (std::size_t t = 0; t < 3; ++t) {
+    for (int k = 0; k < 100; ++k) {
+      const double within = (k + 0.5) / 100.0;
+      const auto pick = emitters.pick(bounds[t] + within * (bounds[t + 1] - bounds[t]));
+      EXPECT_EQ(&pick.triangle, &emitters.triangles[t]);
+      EXPECT_NEAR(pick.within, within, 1e-6) << t;
+    }
+  }
+  EXPECT_EQ(&emitters.pick(0.0).triangle, emitters.triangles.data());
 }
 
 TEST(BakePoints, AreSmoothedByNoiseButNotNearSurfaces) {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "core/sampling.h"
 #include "scene/reflectance.h"
 #include "trace/bake/surfaces.h"
 
@@ -204,16 +203,9 @@ std::array<Vec3, kGroups> Baker::emitterLight(std::size_t point, const Vec2& shi
   const auto counted = static_cast<float>(count);
   int used = 0;
   for (int k = 0; k < count; ++k) {
-    // A triangle by its power, a point on it by two further dimensions of the shift.
-    const float choice = fraction((k + static_cast<double>(shift.x)) / count);
-    const auto place =
-        std::upper_bound(emitters_.cumulative.begin(), emitters_.cumulative.end(), choice);
-    const std::size_t index =
-        std::min<std::size_t>(static_cast<std::size_t>(place - emitters_.cumulative.begin()),
-                              emitters_.triangles.size() - 1);
-    const Emitters::Triangle& t = emitters_.triangles[index];
-    const float a = std::sqrt(fraction(shift.y + k * kR2x));
-    const float b = fraction(shift.x * 7.0 + k * kR2y);
+    // A triangle by its power; on each triangle the points are a Hammersley set.
+    const auto [t, b] = emitters_.pick((k + static_cast<double>(shift.x)) / count);
+    const float a = std::sqrt(fraction(shift.y + k * kGolden));
     const float u = a * (1.0f - b);
     const float v = a * b;
     const Vec3 target = t.corners[0] * (1.0f - u - v) + t.corners[1] * u + t.corners[2] * v;

@@ -94,7 +94,9 @@ class Baker {
   struct GatherRays {
     std::vector<Vec2> lattice;
     int toEmitters = 0;  ///< rays to emitters, a multiple of kGroups
-    int step = 0;        ///< places in the sequence from one point to the next
+    /// Places in the sequence from one point to the next. A second pass follows its point's first
+    /// pass directly, so it overlaps those of the next points. Parts of its own were no better.
+    int step = 0;
     float share = 1.0f;  ///< weight in the point's value; the rest is the weight of earlier rays
   };
   GatherRays gatherRays(int count, int first = 0) const;

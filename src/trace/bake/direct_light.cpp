@@ -9,7 +9,6 @@
 namespace catoptric::trace {
 namespace {
 
-constexpr double kGolden = 0.6180339887498949;  ///< of a turn between points of the spiral
 /// Below this radius, in distances of the light, its disk is sampled by a ring alone; ours.
 constexpr float kSmallLight = 0.1f;
 

@@ -26,6 +26,14 @@ Emitters::Triangle makeTriangle(const frame::Geometry& geometry, const std::vect
 
 }  // namespace
 
+Emitters::Pick Emitters::pick(double choice) const {
+  const auto upper = std::upper_bound(cumulative.begin(), cumulative.end(), choice);
+  const auto index = upper - cumulative.begin();
+  const double lower = index > 0 ? *(upper - 1) : 0.0;
+  return {.triangle = triangles[static_cast<std::size_t>(index)],
+          .within = static_cast<float>((choice - lower) / (*upper - lower))};
+}
+
 Vec3 coarseTexel(const scene::Scene& scene, const scene::TextureSlot& slot,
                  const frame::VertexAttributes& vertex) {
   if (!slot.used()) return Vec3(1.0f);
@@ -69,13 +77,12 @@ Emitters findEmitters(const scene::Scene& scene, const frame::Geometry& geometry
       power += t.power();
       if (!(t.power() > 0.0)) continue;
       emitters.total += t.power();
-      emitters.cumulative.push_back(static_cast<float>(emitters.total));
+      emitters.cumulative.push_back(emitters.total);
       emitters.ofTriangle[i / 3] = static_cast<std::int32_t>(emitters.triangles.size());
       emitters.triangles.push_back(t);
     }
   }
-  for (float& c : emitters.cumulative)
-    c = static_cast<float>(static_cast<double>(c) / emitters.total);
+  for (double& c : emitters.cumulative) c /= emitters.total;
   emitters.share = power > 0.0 ? std::min(1.0, emitters.total / power) : 0.0;
   return emitters;
 }

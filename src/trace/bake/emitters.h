@@ -31,9 +31,9 @@ struct Emitters {
     double power() const { return static_cast<double>(meanLuminance() * area); }
   };
   std::vector<Triangle> triangles;
-  std::vector<float> cumulative;  ///< cumulative distribution of power(), normalized to 1
-  double total = 0.0;             ///< sum of power()
-  double share = 0.0;             ///< `total` as a fraction of that of all surfaces
+  std::vector<double> cumulative;  ///< cumulative distribution of power(), normalized to 1
+  double total = 0.0;              ///< sum of power()
+  double share = 0.0;              ///< `total` as a fraction of that of all surfaces
   /// Index in `triangles` of each triangle of the geometry; -1: not among them.
   std::vector<std::int32_t> ofTriangle;
 
@@ -41,6 +41,13 @@ struct Emitters {
   float density(const Triangle& t) const {
     return static_cast<float>(static_cast<double>(t.meanLuminance()) / total);
   }
+
+  struct Pick {
+    const Triangle& triangle;
+    float within;  ///< where `choice` lies in the triangle's interval, 0..1
+  };
+  /// The triangle in whose interval of the distribution `choice` lies. 0 <= choice < 1.
+  Pick pick(double choice) const;
 };
 
 /// `leaving`: the radiance that surfaces reflect, per vertex.

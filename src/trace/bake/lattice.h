@@ -12,6 +12,8 @@
 
 namespace catoptric::trace {
 
+/// Multiples of the golden ratio, modulo 1, fill the unit interval evenly.
+inline constexpr double kGolden = 0.6180339887498949;
 /// x - floor(x).
 float fraction(double x);
 /// The shift that turns the first points of the R2 sequence into those from number `first` on.

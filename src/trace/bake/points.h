@@ -56,7 +56,9 @@ struct ValueErrors {
 /// difference to expect. Light changes by its own amount over the harmonic mean distance of the
 /// surfaces around, or where the normal turns by a radian [Ward1988]: smoothing narrows
 /// near other surfaces and on curved ones. Variances, which are estimates, are first averaged over
-/// two rings of neighbours.
+/// two rings of neighbours. Noisy points move more than their neighbours, so skewed noise loses
+/// light: up to 0.4 % of the mean. Symmetric weights would halve this loss, but make errors of dark
+/// points larger by up to a fifth.
 void smoothValues(const BakePoints& points, const ValueErrors& errors, std::vector<Vec4>& values);
 
 }  // namespace catoptric::trace
