@@ -112,7 +112,7 @@ std::vector<Vec4> Baker::ambientOcclusion() {
       for (std::size_t k = 0; k < few.size(); ++k) {
         rays[k] = {points_.positions[i], cosineDirection(basis, shifted(few[k], shift))};
       }
-      refused_ += trace_.intersectSerial(std::span(rays).first(few.size()), hits, true).refused;
+      refused_ += trace_.intersectSerial(std::span(rays).first(few.size()), hits, false).refused;
       int back = 0;
       Vec3 normal;
       for (std::size_t k = 0; k < few.size(); ++k) {
@@ -129,7 +129,7 @@ std::vector<Vec4> Baker::ambientOcclusion() {
         rays[k] = {points_.positions[i], cosineDirection(basis, shifted(lattice[k], shift)), 0.0f,
                    occlusionDistance_};
       }
-      refused_ += trace_.visibleSerial(rays, free, true).refused;
+      refused_ += trace_.visibleSerial(rays, free, false).refused;
       int open = 0;
       std::array<float, kGroups> groups{};
       for (std::size_t k = 0; k < free.size(); ++k) {
@@ -228,7 +228,7 @@ std::array<Vec3, kGroups> Baker::emitterLight(std::size_t point, const Vec2& shi
     ++used;
   }
   refused_ +=
-      trace_.visibleSerial(std::span(rays).first(used), std::span(free).first(used), true).refused;
+      trace_.visibleSerial(std::span(rays).first(used), std::span(free).first(used), false).refused;
   std::array<Vec3, kGroups> sums{};
   for (int k = 0; k < used; ++k) {
     if (free[k] != 0) sums[buffers.group[k]] += buffers.arriving[k];
@@ -256,7 +256,7 @@ Baker::Gathered Baker::gatherPoint(std::size_t point, const GatherRays& gather, 
     rays[k] = {points_.positions[point], cosineDirection(basis, shifted(lattice[k], shift))};
   }
   refused_ +=
-      trace_.intersectSerial(std::span(rays).first(lattice.size()), buffers.hits, true).refused;
+      trace_.intersectSerial(std::span(rays).first(lattice.size()), buffers.hits, false).refused;
   Gathered gathered;
   for (std::size_t k = 0; k < lattice.size(); ++k) {
     Hit& hit = buffers.hits[k];

@@ -141,7 +141,7 @@ class LightSampler {
 
   std::ptrdiff_t countFree(int count) {
     refused_ +=
-        trace_.visibleSerial(std::span(rays_).first(count), std::span(free_).first(count), true)
+        trace_.visibleSerial(std::span(rays_).first(count), std::span(free_).first(count), false)
             .refused;
     traced_ += static_cast<std::uint64_t>(count);
     return std::count(free_.begin(), free_.begin() + count, 1);
