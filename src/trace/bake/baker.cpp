@@ -21,11 +21,10 @@ std::vector<int> castersOf(const frame::Geometry& geometry) {
 bool isEnclosed(float back) {
   return back >= kEnclosedShare;
 }
-/// A hit's place on its triangle and its distance, from the triangle's corners. Embree's own differ
-/// from processor to processor in the last bits; these do not.
-void locate(const frame::Geometry& geometry, const Ray& ray, Hit& hit) {
+/// Whether a ray hits the front of a triangle. Computes the hit's place on the triangle and its
+/// distance from the corners: Embree's own differ from processor to processor in the last bits.
+bool locate(const frame::Geometry& geometry, const Ray& ray, Hit& hit) {
   const frame::ObjectRange& object = geometry.objects[hit.object];
-  if (object.surface >= 0) return;
   const std::uint32_t* t = &geometry.indices[object.firstIndex + 3 * hit.primitive];
   const glm::dvec3 corner = geometry.positions[t[0]];
   const glm::dvec3 direction = ray.direction;
@@ -34,11 +33,12 @@ void locate(const frame::Geometry& geometry, const Ray& ray, Hit& hit) {
   const glm::dvec3 ac = glm::dvec3(geometry.positions[t[2]]) - corner;
   const glm::dvec3 normal = glm::cross(ab, ac);
   const double along = glm::dot(normal, direction);
-  if (along == 0.0) return;
+  if (object.surface >= 0 || along == 0.0) return along < 0.0;
   const glm::dvec3 across = glm::cross(direction, toCorner);
   hit.distance = static_cast<float>(std::max(0.0, glm::dot(normal, toCorner) / along));
   hit.u = static_cast<float>(std::clamp(-glm::dot(across, ac) / along, 0.0, 1.0));
   hit.v = static_cast<float>(std::clamp(glm::dot(across, ab) / along, 0.0, 1.0));
+  return along < 0.0;
 }
 TraceOptions casterOptions(const std::vector<int>& casters, const std::string& isa) {
   TraceOptions options;
@@ -75,14 +75,6 @@ void Baker::advance(std::uint64_t rays) {
     callbacks_.progress(static_cast<double>(done) / static_cast<double>(plannedRays_));
 }
 
-bool Baker::facesRay(const Hit& hit, const Vec3& direction, Vec3& normal) const {
-  const std::uint32_t* t =
-      &geometry_.indices[geometry_.objects[hit.object].firstIndex + 3 * hit.primitive];
-  const Vec3 p0 = geometry_.positions[t[0]];
-  normal = glm::cross(geometry_.positions[t[1]] - p0, geometry_.positions[t[2]] - p0);
-  return glm::dot(normal, direction) < 0.0f;
-}
-
 void Baker::fillAndSmooth(const std::vector<std::uint8_t>& valid, const ValueErrors& errors,
                           std::vector<Vec4>& values) {
   enclosed_ = static_cast<std::size_t>(std::count(valid.begin(), valid.end(), 0));
@@ -114,11 +106,9 @@ std::vector<Vec4> Baker::ambientOcclusion() {
       }
       refused_ += trace_.intersectSerial(std::span(rays).first(few.size()), hits, false).refused;
       int back = 0;
-      Vec3 normal;
       for (std::size_t k = 0; k < few.size(); ++k) {
         if (hits[k].miss()) continue;
-        locate(surfaces_, rays[k], hits[k]);
-        if (!facesRay(hits[k], rays[k].direction, normal)) ++back;
+        if (!locate(surfaces_, rays[k], hits[k])) ++back;
         if (hits[k].distance < occlusionDistance_)
           errors.nearness[i] += 1.0f / (std::max(hits[k].distance, points_.offsets[i]) *
                                         static_cast<float>(few.size()));
@@ -260,7 +250,7 @@ Baker::Gathered Baker::gatherPoint(std::size_t point, const GatherRays& gather, 
   Gathered gathered;
   for (std::size_t k = 0; k < lattice.size(); ++k) {
     Hit& hit = buffers.hits[k];
-    if (!hit.miss()) locate(surfaces_, rays[k], hit);
+    const bool front = !hit.miss() && locate(surfaces_, rays[k], hit);
     Vec3& sum = gathered.parts[k % kGroups];
     if (hit.distance > occlusionDistance_) ++gathered.open;
     if (!hit.miss()) gathered.nearness += 1.0f / std::max(hit.distance, points_.offsets[point]);
@@ -270,8 +260,7 @@ Baker::Gathered Baker::gatherPoint(std::size_t point, const GatherRays& gather, 
       gathered.sky += radiance;
       continue;
     }
-    Vec3 normal;
-    if (!facesRay(hit, rays[k].direction, normal)) {
+    if (!front) {
       ++gathered.back;
       continue;
     }

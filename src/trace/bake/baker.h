@@ -38,7 +38,7 @@ inline constexpr int kEarlierRaysDivisor =
 /// In the last gather, points that agree with their neighbours use this many times fewer rays, but
 /// at least kFewestRays.
 inline constexpr int kAgreeingRaysDivisor = 5;
-inline constexpr int kFewestRays = 40;
+inline constexpr int kFewestRays = 44;
 /// Points agree if their values differ by at most kAgreeingErrors standard errors, and a standard
 /// error is at most kAgreeingNoise times the value.
 inline constexpr float kAgreeingErrors = 3.0f;
@@ -124,7 +124,6 @@ class Baker {
   /// The irradiance from emitters by rays to them, in kGroups parts.
   std::array<Vec3, kGroups> emitterLight(std::size_t point, const Vec2& shift,
                                          const GatherRays& gather, Buffers& buffers);
-  bool facesRay(const Hit& hit, const Vec3& direction, Vec3& normal) const;
   void fillAndSmooth(const std::vector<std::uint8_t>& valid, const ValueErrors& errors,
                      std::vector<Vec4>& values);
   /// Adds `rays` to the rays that are done, and reports the progress.
