@@ -258,13 +258,20 @@ PathSettings settingsFor(const Scene& scene) {
   return common;
 }
 
-/// All vertices at time 0, about the middle of their box.
+/// All vertices at time 0, and their mirror images in the ground, about the middle of their box.
 struct Surround {
   std::vector<Vec3> places;
   Vec3 middle{0.0f};
 
   explicit Surround(const Scene& scene) {
     places = placesAtStart(scene);
+    if (scene.ground != kNone) {
+      const Object& ground = scene.objects[static_cast<std::size_t>(scene.ground)];
+      const float level = scene.meshes[static_cast<std::size_t>(ground.mesh)].positions[0].y;
+      const std::size_t images = ground.reflector > 0 ? places.size() : 0;
+      for (std::size_t i = 0; i < images; ++i)
+        places.emplace_back(places[i].x, 2.0f * level - places[i].y, places[i].z);
+    }
     Box3 box;
     for (const Vec3& p : places) box.extend(p);
     middle = box.centre();
