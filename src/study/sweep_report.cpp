@@ -103,6 +103,11 @@ std::string pointJson(const SweepResult& result, const SweepPoint& point) {
   return text.object();
 }
 
+/// First frames are timed in each round; else there is one start each, which ranks nothing.
+bool showsFirst(const SweepResult& result) {
+  return result.request.time.of != TimeKind::Of::Steady;
+}
+
 std::string howMeasured(const SweepResult& result) {
   int rounds = 0;
   for (const SweepPoint& point : result.points) rounds = std::max(rounds, point.ratio.rounds);
@@ -111,7 +116,8 @@ std::string howMeasured(const SweepResult& result) {
     text += "Times: up to " + std::to_string(rounds) +
             " interleaved rounds, frame by frame, after one that warms up; a frame's time is its "
             "median, and the steady time the mean over the frames. " +
-            report::kFirstFrames + " Ratios and marks: of the " + timeName(result.request.time) +
+            (showsFirst(result) ? std::string(report::kFirstFrames) + " " : "") +
+            "Ratios and marks: of the " + timeName(result.request.time) +
             ". In brackets after ratios: the 95 % confidence interval. ";
   return text + "Errors: against " + result.request.against + ", over all frames together.";
 }
@@ -150,17 +156,16 @@ report::Table sweepTable(const SweepResult& result) {
   const TimeKind& time = result.request.time;
   const bool anyTimed =
       std::ranges::any_of(result.points, [](const auto& point) { return point.seconds > 0.0; });
+  std::vector<std::pair<TimeKind::Of, double SweepPoint::*>> times;
   if (anyTimed) {
-    const std::string mean = timeName({time.clock, TimeKind::Of::Mean, time.amortize});
-    const auto add = [&](const std::string& name, TimeKind::Of of) {
-      table.columns.push_back({name + " ms", true, of != time.of});
-    };
-    add("first frame", TimeKind::Of::First);
-    add("steady frame", TimeKind::Of::Steady);
-    // Steps have no CPU time
-    table.columns.push_back(
-        {time.clock == Clock::Cpu ? "reflection alone wall ms" : "reflection alone ms", true});
-    add(mean, TimeKind::Of::Mean);
+    if (showsFirst(result)) times.emplace_back(TimeKind::Of::First, &SweepPoint::first);
+    times.emplace_back(TimeKind::Of::Steady, &SweepPoint::steady);
+    if (time.clock == Clock::Wall)  // steps have no CPU time
+      times.emplace_back(TimeKind::Of::Reflection, &SweepPoint::reflection);
+    if (showsFirst(result)) times.emplace_back(TimeKind::Of::Mean, &SweepPoint::mean);
+    for (const auto& [of, seconds] : times)
+      table.columns.push_back({timeName({time.clock, of, time.amortize}) + " ms", true,
+                               of != time.of && of != TimeKind::Of::Reflection});
     table.columns.push_back({"ratio", false});
   }
   for (const std::string& metric : result.request.metrics) {
@@ -173,8 +178,7 @@ report::Table sweepTable(const SweepResult& result) {
     if (!point.setting.point.program.empty()) row.back() += " of " + point.setting.point.program;
     for (const std::vector<std::string>& column : varied) row.push_back(valueIn(point, column));
     if (anyTimed) {
-      for (const double seconds : {point.first, point.steady, point.reflection, point.mean})
-        row.push_back(milliseconds(seconds));
+      for (const auto& [of, seconds] : times) row.push_back(milliseconds(point.*seconds));
       row.push_back(point.seconds > 0.0 ? ratioText(point.ratio) : "");
     }
     for (const std::string& metric : result.request.metrics) {

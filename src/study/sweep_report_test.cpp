@@ -13,7 +13,7 @@ namespace {
 std::vector<std::string> variedColumns(const SweepResult& result) {
   std::vector<std::string> titles;
   const report::Table table = sweepTable(result);
-  for (std::size_t i = 2; table.columns[i].title != "first frame ms"; ++i)
+  for (std::size_t i = 2; table.columns[i].title != "steady frame ms"; ++i)
     titles.push_back(table.columns[i].title);
   return titles;
 }
@@ -42,9 +42,29 @@ TEST(SweepTable, ErrorsAloneHaveNoColumnsOfTimes) {
   SweepResult result;
   result.points = {pointOf("a", {}), pointOf("b", {})};
   result.points[0].seconds = 0.0;
-  EXPECT_EQ(sweepTable(result).columns[6].title, "ratio");
+  EXPECT_EQ(sweepTable(result).columns[4].title, "ratio");
   result.points[1].seconds = 0.0;
   EXPECT_EQ(sweepTable(result).columns[2].title, "L1_8bit");
+}
+
+TEST(SweepTable, TimesOfOneStartAndOfAnotherClockAreLeftOut) {
+  SweepResult result;
+  result.points = {pointOf("a", {})};
+  const auto titles = [&](Clock clock, TimeKind::Of of) {
+    result.request.time = {clock, of, 9};
+    std::string all;
+    for (const report::Column& column : sweepTable(result).columns) all += column.title + "|";
+    return all + (sweepTable(result).notes.back().find("First frame:") != std::string::npos
+                      ? "first"
+                      : "");
+  };
+  const std::string errors = "ratio|L1_8bit|worst (frame)||";
+  EXPECT_EQ(titles(Clock::Wall, TimeKind::Of::Steady),
+            "|method|steady frame ms|reflection alone ms|" + errors);
+  EXPECT_EQ(titles(Clock::Cpu, TimeKind::Of::Steady), "|method|steady frame ms|" + errors);
+  result.points[0].ratio.rounds = 8;
+  EXPECT_EQ(titles(Clock::Cpu, TimeKind::Of::Mean),
+            "|method|first frame ms|steady frame ms|mean of 9 frames ms|" + errors + "first");
 }
 
 TEST(SweepTable, OptionsThatAPointHasBothKeepTheirColumns) {
