@@ -27,6 +27,18 @@ TEST_F(Tune, FindsTheFastestWithinAnError) {
   EXPECT_THAT(textOf(folder / "tuned/summary.json"), HasSubstr("\"samples\": 4"));
 }
 
+TEST_F(Tune, SaysHowManyTimesThatOfTracedItTakes) {
+  const Result result = run(
+      R"(tune run.json --set 'methods=[{"method": "reference", "max_standard_error": 0, "name": "fast", "samples": 1}, )"
+      R"({"method": "reference", "max_standard_error": 0, "name": "traced", "samples": 64}]' --set errors.against=[] )"
+      "--method fast,traced --against traced --max-error 'L1_8bit<=255' --vary none --frames 1 "
+      "--repeats 8 --progress none --out t");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(result.out,
+              testing::ContainsRegex("^fast: [0-9.]+ ms .steady frame., 0[.][0-9]+ .0[.][0-9]+ to "
+                                     "0[.][0-9]+. times that of traced; L1_8bit"));
+}
+
 TEST_F(Tune, VariesWhatTradesAccuracyForTime) {
   const Result result =
       run("tune run.json --method environment_map --against truth --max-error 'L1_8bit<=255' "

@@ -144,6 +144,26 @@ std::string heldBy(const study::PointErrors& errors, const study::Bound& bound) 
   return text;
 }
 
+/// How many times as long the result takes as `traced`, if both were timed beside each other.
+std::string overTraced(const study::Bench& bench, const Tuned& tuned) {
+  const std::string& own = tuned.settings[*tuned.result.best].key;
+  const auto traced = std::ranges::find_if(tuned.settings, [](const study::Setting& setting) {
+    return setting.point.method == "traced";
+  });
+  if (traced == tuned.settings.end() || traced->key == own) return "";
+  const study::Samples* most = nullptr;
+  for (const study::Samples& samples : bench.samples())
+    if (samples.find(own) && samples.find(traced->key) &&
+        (most == nullptr || samples.frames.size() > most->frames.size()))
+      most = &samples;
+  if (most == nullptr) return "";
+  const auto times = [&](const std::string& key) {
+    return most->measurement.times(*most->find(key), tuned.time);
+  };
+  return ", " + study::ratioText(study::pairedRatio(times(own), times(traced->key))) +
+         " times that of " + traced->text();
+}
+
 std::string resultText(study::Bench& bench, const Tuned& tuned) {
   const study::TuneResult& result = tuned.result;
   const std::size_t tried = [&] {
@@ -175,9 +195,9 @@ std::string resultText(study::Bench& bench, const Tuned& tuned) {
     return text + "\n";
   }
   return tuned.settings[*result.best].text() + ": " + report::fixedText(1e3 * result.seconds, 1) +
-         " ms (" + study::timeName(tuned.time) + "); " + tuned.bound.metric + " " +
-         report::fixedText(result.error, 3) + " against " + tuned.against + ", at worst " +
-         report::fixedText(result.worstError, 3) + " in frame " +
+         " ms (" + study::timeName(tuned.time) + ")" + overTraced(bench, tuned) + "; " +
+         tuned.bound.metric + " " + report::fixedText(result.error, 3) + " against " +
+         tuned.against + ", at worst " + report::fixedText(result.worstError, 3) + " in frame " +
          std::to_string(result.worstFrame) + ". " + tuned.bound.text + " " +
          (result.verifiedOnAll
               ? "holds on all frames"
