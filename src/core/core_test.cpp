@@ -7,12 +7,25 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/hash.h"
+#include "core/log.h"
 #include "core/parallel.h"
 #include "core/text.h"
 #include "core/welding.h"
 
 namespace catoptric {
 namespace {
+
+TEST(Log, EqualInfosAndWarningsAreSaidOnce) {
+  std::string all;
+  log::setFormatter([&](log::Level, const std::string& text) { return all += text + "|"; });
+  for (const char* text : {"a", "b", "a"}) {
+    log::info(text);
+    log::warning(std::string("w") + text);
+    log::error("e");
+  }
+  log::setFormatter({});
+  EXPECT_EQ(all, "a|wa|e|b|wb|e|e|");
+}
 
 TEST(Text, NearestNameFindsTypingErrors) {
   const std::vector<std::string> names{"traced", "reference", "environment_map"};

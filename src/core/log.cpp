@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <mutex>
+#include <set>
 
 #include "core/text.h"
 
@@ -20,6 +21,7 @@ struct State {
   std::function<std::string(Level, const std::string&)> formatter;
   std::function<void()> before;
   std::function<void()> after;
+  std::set<std::string> said;  ///< infos and warnings: one that equals an earlier one is dropped
 };
 State& state() {
   static State* const all = new State;
@@ -44,6 +46,7 @@ void print(Level level, spdlog::level::level_enum shown, const std::string& text
   if (all.level > level) return;
   const std::string message = printable(text);  // names of files and objects are not ours
   const std::scoped_lock lock(all.mutex);
+  if (level < Level::Error && level > Level::Debug && !all.said.insert(message).second) return;
   if (all.before) all.before();
   if (all.formatter) {
     std::fprintf(stderr, "%s\n", all.formatter(level, message).c_str());
@@ -81,6 +84,7 @@ const char* levelName(Level level) {
 void setFormatter(std::function<std::string(Level, const std::string&)> formatter) {
   const std::scoped_lock lock(state().mutex);
   state().formatter = std::move(formatter);
+  state().said.clear();
 }
 void setAroundLines(std::function<void()> before, std::function<void()> after) {
   const std::scoped_lock lock(state().mutex);

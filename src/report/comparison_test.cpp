@@ -231,6 +231,10 @@ TEST_F(CompareRuns, FramesArePooledByPixels) {
   // No column is empty; a note says why one is not there
   EXPECT_EQ(summary.rows[0][4], std::to_string(one[0].pooled.max8));
   EXPECT_THAT(toText(summary), HasSubstr("No L1_8bit_reflective of traced: no frame has"));
+  std::vector<RunComparison> several(3, one[0]);
+  several[2].name = "planar";
+  EXPECT_THAT(errorSummary(several, {}).notes,
+              testing::Contains(HasSubstr("No L1_8bit_reflective of traced, planar: no frame")));
 
   compareRuns(readRun(folder_ / "traced"), readRun(folder_ / "reference"), {}, {folder_ / "d"});
   const auto png = image::decodeImage8(readFile(folder_ / "d/frame.0002.x50.png"), "d", 100);

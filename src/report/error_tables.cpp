@@ -143,9 +143,13 @@ void appendBlack(Table& table, const std::string& name, const RunComparison& c) 
 }
 
 /// Why columns are empty.
-void appendNoReflective(Table& table, const std::string& name, const ImageError& e) {
-  if (e.hasReflective) return;
-  table.notes.push_back("No L1_8bit_reflective of " + name +
+void appendNoReflective(Table& table, std::span<const RunComparison> comparisons) {
+  std::vector<std::string> names;
+  for (const RunComparison& c : comparisons)
+    if (!c.pooled.hasReflective && std::ranges::find(names, c.name) == names.end())
+      names.push_back(c.name);
+  if (names.empty()) return;
+  table.notes.push_back("No L1_8bit_reflective of " + joined(names, ", ") +
                         ": no frame has a layer that marks reflective pixels. Render with "
                         "image.masks=true, or with \"s\" in image.layers.");
 }
@@ -299,7 +303,7 @@ Table errorView(const RunComparison& comparison) {
   table.rows.push_back(cells);
   appendNotFinite(table, comparison.name, comparison.pooled);
   appendBlack(table, comparison.name, comparison);
-  appendNoReflective(table, comparison.name, comparison.pooled);
+  appendNoReflective(table, std::span(&comparison, 1));
   appendMissing(table, comparison);
   appendWithin(table, comparison);
   appendMeaning(table, layers);
@@ -375,10 +379,10 @@ Table errorSummary(std::span<const RunComparison> comparisons,
     table.rows.push_back(cells);
     appendNotFinite(table, c.name + " against " + c.reference, c.pooled);
     appendBlack(table, c.name + " against " + c.reference, c);
-    appendNoReflective(table, c.name, c.pooled);
     appendMissing(table, c);
     appendWithin(table, c);
   }
+  appendNoReflective(table, comparisons);
   appendMeaning(table, layers);
   return table;
 }
