@@ -127,6 +127,17 @@ void noteEffects(SweepResult& result) {
                              "pixels.");
 }
 
+/// What SweepPoint::handedOn says, by the methods' counters.
+double handedOn(const Setting& setting, const PointErrors& errors, const std::vector<int>& frames) {
+  double samples = 0.0;
+  for (const char* counter : {"traced_samples", "retraced", "traced_gaps", "key_frame_samples",
+                              "unsupported_reflector", "fallback_samples"})
+    samples += errors.meanCounter(counter, frames);
+  const methods::RunSettings& image = setting.run.image;
+  return samples /
+         (static_cast<double>(image.width) * image.height * image.samples * image.samples);
+}
+
 void judgeGroup(const Bench& bench, const std::vector<std::size_t>& group,
                 const std::vector<int>& frames, SweepResult& result) {
   std::vector<double> errors;
@@ -204,6 +215,7 @@ SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
           if (const auto& all = errors.frames.at(frame).metrics; all.contains(metric))
             point.least[metric] = std::min(point.least[metric], all.at(metric));
       }
+      point.handedOn = handedOn(point.setting, errors, frames);
       for (const std::size_t j : group)
         if (j != i && samePixels(errors, bench.errors(settings[j]), frames))
           point.sameAs.push_back(static_cast<int>(j + 1));

@@ -40,6 +40,7 @@ struct SweepPoint {
   std::map<std::string, double> errors;  ///< pooled, by error measure
   std::map<std::string, double> least;   ///< of the best frame
   double uncertainty = 0.0;              ///< of the reference, in the first error measure
+  double handedOn = 0.0;  ///< share of the frames' samples that another method or rays render
   std::map<std::string, std::pair<int, double>> worst;  ///< frame and error, by error measure
   Judged judged;                                        ///< Judged::by is an index into `points`
   std::vector<int> sameAs;                              ///< numbers of points with identical pixels

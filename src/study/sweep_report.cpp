@@ -172,6 +172,9 @@ report::Table sweepTable(const SweepResult& result) {
     table.columns.push_back({metric, true});
     table.columns.push_back({"worst (frame)", true, true});
   }
+  const bool anyHandedOn =
+      std::ranges::any_of(result.points, [](const auto& point) { return point.handedOn > 0.0; });
+  if (anyHandedOn) table.columns.push_back({"handed on", true});
   table.columns.push_back({"", false});
   for (const SweepPoint& point : result.points) {
     std::vector<std::string> row{std::to_string(point.number), point.setting.point.method};
@@ -188,10 +191,17 @@ report::Table sweepTable(const SweepResult& result) {
                                 std::to_string(point.worst.at(metric).first) + ")"
                           : "");
     }
+    if (anyHandedOn)
+      row.push_back(point.handedOn > 0.0 ? fixedText(100.0 * point.handedOn, 1) + " %" : "");
     row.push_back(point.failure.empty() ? markText(result, point) : "failed: " + point.failure);
     table.rows.push_back(row);
   }
   table.notes = result.notes;
+  if (anyHandedOn)
+    table.notes.emplace_back(
+        "Handed on: samples that the method leaves to traced rays or another method, of all "
+        "samples "
+        "of the frames, also those that reflect nothing.");
   table.notes.push_back(howMeasured(result));
   return table;
 }

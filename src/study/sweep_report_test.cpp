@@ -67,6 +67,19 @@ TEST(SweepTable, TimesOfOneStartAndOfAnotherClockAreLeftOut) {
             "|method|first frame ms|steady frame ms|mean of 9 frames ms|" + errors + "first");
 }
 
+TEST(SweepTable, SharesThatMethodsHandOnAreShown) {
+  SweepResult result;
+  result.points = {pointOf("a", {}), pointOf("b", {})};
+  EXPECT_EQ(sweepTable(result).columns.size(), 8u);
+  result.points[1].handedOn = 0.27;
+  const report::Table table = sweepTable(result);
+  ASSERT_EQ(table.columns.size(), 9u);
+  EXPECT_EQ(table.columns[7].title, "handed on");
+  EXPECT_EQ(table.rows[0][7], "");
+  EXPECT_EQ(table.rows[1][7], "27.0 %");
+  EXPECT_EQ(sweepPage(result, "").find("27.0 %") == std::string::npos, false);
+}
+
 TEST(SweepTable, OptionsThatAPointHasBothKeepTheirColumns) {
   SweepResult result;
   result.points = {pointOf("a", {{"image.width", "32"}, {"methods.a.width", "4"}})};
