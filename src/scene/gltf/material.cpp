@@ -20,7 +20,9 @@
 namespace catoptric::scene::gltf {
 namespace {
 
-constexpr int kBoard = 8;             ///< texels along the edge of a missing image's stand-in
+constexpr int kBoard = 512;  ///< texels along the edge of a missing image's stand-in
+/// Squares along its edge, and how much lighter the light ones are.
+constexpr std::array<std::array<int, 2>, 3> kBoardSquares{{{2, 60}, {16, 135}, {128, 60}}};
 constexpr std::uint8_t kWhite = 255;  ///< data that leave a factor as it is
 constexpr std::uint8_t kFlat = 128;   ///< X and Y of a normal that is the surface's own
 
@@ -484,7 +486,8 @@ class MaterialReader {
     return gltf::quoted(reader_.model.images[static_cast<std::size_t>(image)].uri) + " is missing";
   }
 
-  /// What is drawn for a missing image: colours show a checkerboard, data change nothing.
+  /// What is drawn for a missing image: colours show a checkerboard, data change nothing. Squares
+  /// of three sizes, so that some are seen however often a model repeats the image.
   image::Image8 standIn(std::size_t texture) const {
     const auto of = [&](const TextureSlot& slot) {
       return slot.texture == static_cast<int>(texture);
@@ -495,9 +498,15 @@ class MaterialReader {
       return {1, 1, {normals ? kFlat : kWhite, normals ? kFlat : kWhite, kWhite, kWhite}};
     }
     image::Image8 board{kBoard, kBoard, {}};
+    board.rgba.reserve(std::size_t{4} * kBoard * kBoard);
     for (int i = 0; i < kBoard * kBoard; ++i) {
-      const std::uint8_t light = (i % kBoard + i / kBoard) % 2 == 0 ? kWhite : 0;
-      board.rgba.insert(board.rgba.end(), {light, 0, light, kWhite});
+      int light = 0;
+      for (const auto& [squares, weight] : kBoardSquares) {
+        const int texels = kBoard / squares;
+        if ((i % kBoard / texels + i / kBoard / texels) % 2 == 0) light += weight;
+      }
+      const auto magenta = static_cast<std::uint8_t>(light);
+      board.rgba.insert(board.rgba.end(), {magenta, 0, magenta, kWhite});
     }
     return board;
   }
@@ -541,6 +550,8 @@ class MaterialReader {
     if (!decoded) {
       for (const std::size_t t : uses) {
         const image::Image8 board = standIn(t);
+        reader_.reserveBytes(mipChainBytes(board.width, board.height),
+                             elementPlace("images", static_cast<std::size_t>(imageIndex)));
         Texture& texture = reader_.scene.textures[t];
         texture.levels = makeMipChain(board.width, board.height, board.rgba, texture.srgb);
       }
