@@ -101,7 +101,7 @@ TEST_F(App, FramesBecomeFigures) {
     EXPECT_EQ(made.exitCode, 0) << made.err;
   }
   const std::string svg = textOf(folder / "a.svg");
-  EXPECT_THAT(svg, HasSubstr(">one, L1_8bit "));
+  EXPECT_THAT(svg, HasSubstr(">one, crop L1_8bit "));
   EXPECT_THAT(svg, HasSubstr(">two</text>"));
   EXPECT_THAT(svg, HasSubstr(">difference x9</text>"));
   EXPECT_THAT(svg, HasSubstr(">frame 5</text>"));

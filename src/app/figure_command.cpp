@@ -92,8 +92,9 @@ void addRows(report::Figure& figure, const FigureOptions& options,
     const bool compared = against != nullptr && frameOf(*against, frame) != shown.frame;
     if (compared) {
       shown.against = frameOf(*against, frame);
-      label += (label.empty() ? "" : ", ") + std::string("L1_8bit ") +
-               report::fixedText(report::l1Of(shown.frame, shown.against, false), 3);
+      label += (label.empty() ? "" : ", ") +
+               std::string(crop.width > 0 ? "crop L1_8bit " : "L1_8bit ") +
+               report::fixedText(report::l1Of(shown.frame, shown.against, false, crop), 3);
     }
     pictures.panels.push_back({label, report::pictureOf(shown)});
     shown.difference = options.shown.difference;
@@ -168,7 +169,7 @@ Command figureCommand(CommonOptions& common) {
       option("--mask", options->shown.mask, "NAME", "Mark the pixels of the layer mask.NAME in red",
              {.notEmpty = true}),
       option("--against", options->against, "RUN",
-             "Label each panel with the L1_8bit of its whole frame against this run",
+             "Label each panel with its L1_8bit against this run; with --crop, that of the part",
              {.notEmpty = true}),
       option("--difference", options->shown.difference, "GAIN",
              "Add a row below: the difference from --against in 8-bit sRGB values, times GAIN",

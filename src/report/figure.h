@@ -63,10 +63,10 @@ struct Shown {
 /// Makes the picture of a panel. Throws UsageError for layers and parts that the frame lacks.
 Rgb8 pictureOf(const Shown& shown);
 
-/// L1_8bit of two frames, over all or only reflective pixels. Throws UsageError if the sizes
-/// differ.
+/// L1_8bit of a part of two frames, over all or only reflective pixels. Throws UsageError if the
+/// frames' sizes differ, or if they lack the part.
 double l1Of(const std::filesystem::path& frame, const std::filesystem::path& against,
-            bool reflective);
+            bool reflective, const Crop& crop = {});
 
 /// Reduces a picture; each pixel is the mean of the area below it, in linear light.
 Rgb8 shrink(const Rgb8& picture, int width, int height);

@@ -44,16 +44,16 @@ class Frames : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  /// Red is `more` steps brighter; the mask has the pixel (1, 0).
-  std::filesystem::path write(const std::string& name, int more) {
+  /// Red is `more` steps brighter from row `top` on; the mask has the pixel (1, 0).
+  std::filesystem::path write(const std::string& name, int more, int top = 0) {
     image::Image image{8, 4, {"R", "G", "B", "mask.sky"}, {}};
     for (int i = 0; i < 32; ++i) {
       const auto linear = [](int step) {
         const double v = step / 255.0;
         return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
       };
-      image.data.insert(image.data.end(), {linear(10 * (i % 8) + more), linear(20 * (i / 8)), 0.0f,
-                                           i == 1 ? 0.5f : 0.0f});
+      image.data.insert(image.data.end(), {linear(10 * (i % 8) + (i / 8 < top ? 0 : more)),
+                                           linear(20 * (i / 8)), 0.0f, i == 1 ? 0.5f : 0.0f});
     }
     image::ExrOptions options;
     options.halfBeauty = false;
@@ -103,6 +103,11 @@ TEST_F(Frames, DifferencesMasksAndLayers) {
   shown.difference = 100;  // clamped
   EXPECT_EQ(at(pictureOf(shown), 4, 2), (Colour{255, 0, 0}));
   EXPECT_DOUBLE_EQ(l1Of(frame_, other, false), 1.0);  // 3 steps in one of three channels
+  const std::filesystem::path part = write("part.exr", 3, 2);
+  EXPECT_DOUBLE_EQ(l1Of(frame_, part, false), 0.5);
+  EXPECT_DOUBLE_EQ(l1Of(frame_, part, false, {1, 0, 7, 2}), 0.0);
+  EXPECT_DOUBLE_EQ(l1Of(frame_, part, false, {1, 1, 4, 3}), 2.0 / 3.0);
+  EXPECT_THROW(l1Of(frame_, part, false, {1, 1, 4, 4}), UsageError);
   Shown masked;
   masked.frame = frame_;
   masked.mask = "sky";

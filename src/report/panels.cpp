@@ -27,6 +27,30 @@ void showMask(Rgb8& picture, const image::Image& frame, const Shown& shown) {
             kMasked, picture.rgb.begin() + (static_cast<std::ptrdiff_t>(y) * frame.width + x) * 3);
 }
 
+/// `crop`, or the whole frame. Throws UsageError if it is outside.
+Crop partOf(const image::Image& frame, Crop crop, const std::filesystem::path& file) {
+  if (crop.width == 0) crop = {0, 0, frame.width, frame.height};
+  if (crop.x < 0 || crop.y < 0 || crop.width < 1 || crop.height < 1 ||
+      crop.width > frame.width - crop.x || crop.height > frame.height - crop.y)
+    throw UsageError(fmt::format(
+        "the part {},{},{},{} (x, y, width, height) is outside the frame "
+        "{}, which has {} x {} pixels",
+        crop.x, crop.y, crop.width, crop.height, file.string(), frame.width, frame.height));
+  return crop;
+}
+
+void cutOut(image::Image& frame, const Crop& crop) {
+  const std::size_t channels = frame.channels.size();
+  std::vector<float> data;
+  data.reserve(static_cast<std::size_t>(crop.width) * crop.height * channels);
+  for (int y = crop.y; y < crop.y + crop.height; ++y) {
+    const float* const row =
+        &frame.data[(static_cast<std::size_t>(y) * frame.width + crop.x) * channels];
+    data.insert(data.end(), row, row + crop.width * channels);
+  }
+  frame = {crop.width, crop.height, std::move(frame.channels), std::move(data)};
+}
+
 /// The part, each pixel a square of `zoom` pixels.
 Rgb8 cropped(const Rgb8& picture, const Crop& crop, int zoom) {
   Rgb8 part{crop.width * zoom, crop.height * zoom, {}};
@@ -53,15 +77,7 @@ Rgb8 pictureOf(const Shown& shown) {
   else
     picture.rgb = image::displayRgb8(frame);
   if (!shown.mask.empty()) showMask(picture, frame, shown);
-  Crop crop = shown.crop;
-  if (crop.width == 0) crop = {0, 0, frame.width, frame.height};
-  if (crop.x < 0 || crop.y < 0 || crop.width < 1 || crop.height < 1 ||
-      crop.width > frame.width - crop.x || crop.height > frame.height - crop.y)
-    throw UsageError(fmt::format(
-        "the part {},{},{},{} (x, y, width, height) is outside the frame "
-        "{}, which has {} x {} pixels",
-        crop.x, crop.y, crop.width, crop.height, shown.frame.string(), frame.width, frame.height));
-  picture = cropped(picture, crop, shown.zoom);
+  picture = cropped(picture, partOf(frame, shown.crop, shown.frame), shown.zoom);
   if (shown.width == 0 || picture.width <= shown.width) return picture;
   return shrink(picture, shown.width,
                 std::max(1, static_cast<int>(std::lround(static_cast<double>(picture.height) *
@@ -69,9 +85,15 @@ Rgb8 pictureOf(const Shown& shown) {
 }
 
 double l1Of(const std::filesystem::path& frame, const std::filesystem::path& against,
-            bool reflective) {
-  const measure::ImageError error =
-      measure::compareImages(image::readImage(frame), image::readImage(against), frame.string());
+            bool reflective, const Crop& crop) {
+  image::Image one = image::readImage(frame);
+  image::Image other = image::readImage(against);
+  if (one.width == other.width && one.height == other.height) {
+    const Crop part = partOf(one, crop, frame);
+    cutOut(one, part);
+    cutOut(other, part);
+  }
+  const measure::ImageError error = measure::compareImages(one, other, frame.string());
   return reflective ? error.l1Reflective() : error.l1();
 }
 
