@@ -57,7 +57,7 @@ const std::vector<methods::CounterInfo>& pipelineCounters() {
        "another method does",
        false, "`unsupported` other than \"error\", if the scene has such reflectors"},
       {"fallback_samples", "samples that the method of `fallback` rendered", false,
-       "a method as `fallback`, and reflectors"},
+       "a method as `fallback`, if the scene has reflectors"},
       {"clamped_half", "colour values above the range of half floats", true},
   };
   return counters;
