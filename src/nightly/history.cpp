@@ -199,9 +199,9 @@ History::History(const fs::path& file, Mode mode)
                      "by --history");
   }
   refuseNetwork(folder_);
-  const int flags = mode == Mode::Read
-                        ? SQLite::OPEN_READONLY
-                        : SQLite::OPEN_READWRITE | (mode == Mode::Create ? SQLite::OPEN_CREATE : 0);
+  // Also a reader rolls back what a killed process left; SQLite opens what is write-protected for
+  // reading alone.
+  const int flags = SQLite::OPEN_READWRITE | (mode == Mode::Create ? SQLite::OPEN_CREATE : 0);
   try {
     database_ = std::make_unique<Database>(file.string(), flags, kBusyMs);
     database_->exec("PRAGMA foreign_keys = ON");

@@ -4,6 +4,7 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -361,6 +362,24 @@ TEST_F(Nights, WhatHasChangedInAnInterruptedNightIsMeasuredAgain) {
   EXPECT_NE(history->bench(open.night().id, "own.a.m")->first, before);
   EXPECT_EQ(history->measured(open.night().id).size(), suite.scenes.size());
   EXPECT_EQ(history->result(open.night().id, "own.a.m").frames.size(), kTestFrames.size());
+}
+
+/// SQLite has written pages of the unfinished change by then.
+TEST_F(Nights, AReaderRollsBackWhatAKilledProcessLeft) {
+  night(Build{});
+  const fs::path file = folder / "history.db";
+  history.reset();
+  const pid_t child = ::fork();
+  if (child == 0) {
+    SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
+    database.exec(
+        "PRAGMA cache_size = 1; BEGIN; CREATE TABLE half AS WITH RECURSIVE n(i) AS (SELECT 1 "
+        "UNION ALL SELECT i + 1 FROM n WHERE i < 99) SELECT randomblob(4096) FROM n");
+    ::_exit(0);
+  }
+  ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+  ASSERT_TRUE(fs::exists(folder / "history.db-journal"));
+  EXPECT_EQ(History(file, History::Mode::Read).nights("", 1).size(), 1u);
 }
 
 TEST_F(Nights, DamagedAndEmptyHistoriesAreSaid) {
