@@ -114,6 +114,7 @@ TEST_F(Gltf, LayersOfAMaterialBecomeOneLobe) {
 
 TEST_F(Gltf, TexturesOfAClearCoatSayWhereAndHowRoughItIs) {
   std::vector<int> red;  // of the base colour, from the same file
+  float scale = 0.0f;    // of the roughness, in x
   const auto roughnessOf = [&](const std::string& before, const std::string& roughness,
                                const std::string& after) {
     w = triangleFile();
@@ -146,6 +147,7 @@ TEST_F(Gltf, TexturesOfAClearCoatSayWhereAndHowRoughItIs) {
     }
     std::vector<int> green;
     if (!m.metallicRoughnessTexture.used()) return green;
+    scale = m.metallicRoughnessTexture.transform[0][0];
     expectNear(m.dielectricF0, Vec3(0.04f));
     const MipLevel& level =
         scene.textures.at(static_cast<std::size_t>(m.metallicRoughnessTexture.texture)).levels[0];
@@ -175,6 +177,8 @@ TEST_F(Gltf, TexturesOfAClearCoatSayWhereAndHowRoughItIs) {
       R"(,"clearcoatTexture":{"index":0,"extensions":{"KHR_texture_transform":{"scale":[2,2]}}})";
   EXPECT_THAT(roughnessOf("", moved + coat, ""), ElementsAre(102, 20, 20));
   EXPECT_TRUE(hasNote(load(), "clearcoatTexture is ignored"));
+  EXPECT_THAT(roughnessOf("", moved, ""), ElementsAre(102, 102, 204));
+  EXPECT_EQ(scale, 2.0f);
   EXPECT_THAT(roughnessOf("", shares, R"(,"KHR_materials_transmission":{"transmissionFactor":1})"),
               ElementsAre());
 }

@@ -127,12 +127,13 @@ class MaterialReader {
                : nullptr;
   }
 
-  /// Adds a texture named `name`, otherwise like that of `like`, as large as the largest of
-  /// `levels` (null ones are left out). `texelAt(at)` gives its texels; `at(level, channel)` is
-  /// there what a level has at the same place, or white.
+  /// Adds a texture named `name`, which is mapped and sampled like that of `like`, as large as the
+  /// largest of `levels` (null ones are left out). `texelAt(at)` gives its texels; `at(level,
+  /// channel)` is there what a level has at the same place, or white.
   template <class TexelAt>
-  int addTexture(const TextureSlot& like, const std::string& name, std::size_t material, bool srgb,
-                 std::initializer_list<const MipLevel*> levels, TexelAt&& texelAt) {
+  TextureSlot addTexture(const TextureSlot& like, const std::string& name, std::size_t material,
+                         bool srgb, std::initializer_list<const MipLevel*> levels,
+                         TexelAt&& texelAt) {
     int width = 0;
     int height = 0;
     for (const MipLevel* const level : levels) {
@@ -154,12 +155,18 @@ class MaterialReader {
         const std::array<std::uint8_t, 4> texel = texelAt(at);
         rgba.insert(rgba.end(), texel.begin(), texel.end());
       }
-    Texture texture = reader_.scene.textures[static_cast<std::size_t>(like.texture)];
+    const Texture& sampled = reader_.scene.textures[static_cast<std::size_t>(like.texture)];
+    Texture texture;
     texture.name = name;
+    texture.nearest = sampled.nearest;
+    texture.wrapS = sampled.wrapS;
+    texture.wrapT = sampled.wrapT;
     texture.srgb = srgb;
     texture.levels = makeMipChain(width, height, std::move(rgba), srgb);
     reader_.scene.textures.push_back(std::move(texture));
-    return static_cast<int>(reader_.scene.textures.size()) - 1;
+    TextureSlot slot = like;
+    slot.texture = static_cast<int>(reader_.scene.textures.size()) - 1;
+    return slot;
   }
 
   /// Makes the textures of a coat and its base, unless the material has got another lobe since.
@@ -177,7 +184,7 @@ class MaterialReader {
     const MipLevel* const own = finest(coat.own.slot);
     const MipLevel* const base = finest(coat.base.slot);
     Material& m = reader_.scene.materials[coat.material];
-    m.metallicRoughnessTexture.texture = addTexture(
+    m.metallicRoughnessTexture = addTexture(
         coat.cover, m.name + ": roughness", coat.material, false, {cover, own, base},
         [&](const auto& at) -> std::array<std::uint8_t, 4> {
           const float g = coat.covers(at(cover, 0)) ? coat.own.factor * of255(at(own, 1))
@@ -206,14 +213,12 @@ class MaterialReader {
     Material& m = reader_.scene.materials[coat.material];
     const MipLevel* const cover = finest(coat.cover);
     const MipLevel* const base = finest(m.baseColorTexture);
-    TextureSlot slot = m.baseColorTexture.used() ? m.baseColorTexture : coat.cover;
-    slot.texture = addTexture(
-        slot, m.name + ": colour", coat.material, true, {cover, base},
-        [&](const auto& at) -> std::array<std::uint8_t, 4> {
+    m.baseColorTexture = addTexture(
+        m.baseColorTexture.used() ? m.baseColorTexture : coat.cover, m.name + ": colour",
+        coat.material, true, {cover, base}, [&](const auto& at) -> std::array<std::uint8_t, 4> {
           const Codes& codes = coat.covers(at(cover, 0)) ? covered : bare;
           return {codes[0][at(base, 0)], codes[1][at(base, 1)], codes[2][at(base, 2)], at(base, 3)};
         });
-    m.baseColorTexture = slot;
     m.baseColor = Vec3(1.0f);
   }
 
