@@ -88,7 +88,7 @@ double l1Of(const std::filesystem::path& frame, const std::filesystem::path& aga
             bool reflective, const Crop& crop) {
   image::Image one = image::readImage(frame);
   image::Image other = image::readImage(against);
-  if (one.width == other.width && one.height == other.height) {
+  if (crop.width > 0 && one.width == other.width && one.height == other.height) {
     const Crop part = partOf(one, crop, frame);
     cutOut(one, part);
     cutOut(other, part);

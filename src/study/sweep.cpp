@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "core/error.h"
+#include "methods/contract/method.h"
 #include "report/table.h"
+#include "run/stage/steps.h"
 
 namespace catoptric::study {
 namespace {
@@ -127,12 +130,26 @@ void noteEffects(SweepResult& result) {
                              "pixels.");
 }
 
-/// What SweepPoint::handedOn says, by the methods' counters.
+/// Adds the names of the counters with CounterInfo::handedOn.
+void addHandedOn(const run::MethodConfig& method, std::set<std::string>& names) {
+  const auto add = [&](const std::string& id) {
+    for (const methods::CounterInfo& counter :
+         methods::findMethod(methods::registry(), id)->counters)
+      if (counter.handedOn) names.insert(counter.name);
+  };
+  add(method.id);
+  for (const run::ReflectorRule& rule : method.reflectors) add(rule.id);
+  for (const run::MethodConfig& fallback : method.fallback) addHandedOn(fallback, names);
+}
+
+/// What SweepPoint::handedOn says.
 double handedOn(const Setting& setting, const PointErrors& errors, const std::vector<int>& frames) {
+  std::set<std::string> names;
+  for (const methods::CounterInfo& counter : run::pipelineCounters())
+    if (counter.handedOn) names.insert(counter.name);
+  addHandedOn(setting.run.methods.front(), names);
   double samples = 0.0;
-  for (const char* counter : {"traced_samples", "retraced", "traced_gaps", "key_frame_samples",
-                              "unsupported_reflector", "fallback_samples"})
-    samples += errors.meanCounter(counter, frames);
+  for (const std::string& name : names) samples += errors.meanCounter(name, frames);
   const methods::RunSettings& image = setting.run.image;
   return samples /
          (static_cast<double>(image.width) * image.height * image.samples * image.samples);

@@ -200,8 +200,7 @@ report::Table sweepTable(const SweepResult& result) {
   if (anyHandedOn)
     table.notes.emplace_back(
         "Handed on: samples that the method leaves to traced rays or another method, of all "
-        "samples "
-        "of the frames, also those that reflect nothing.");
+        "samples of the frames, also those that reflect nothing.");
   table.notes.push_back(howMeasured(result));
   return table;
 }

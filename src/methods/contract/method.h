@@ -197,6 +197,8 @@ struct CounterInfo {
   /// The option that must be on, or the kind of scene that is needed, for this counter to exist.
   /// Empty: it always exists.
   std::string onlyWith = {};
+  /// Whether it counts samples that rays or another method render in this one's place.
+  bool handedOn = false;
 };
 
 /// A value of 0 for each counter that always exists.

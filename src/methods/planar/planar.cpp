@@ -463,7 +463,7 @@ const MethodEntry& planarEntry() {
                    {"mirrored_samples", "samples of flat mirrors that are drawn"},
                    {"mirrors_left_out", "flat mirrors in view beyond `max_mirrors`"},
                    {"environment", "their samples that use the cube map"},
-                   {"retraced", "samples that were traced"},
+                   {.name = "retraced", .meaning = "samples that were traced", .handedOn = true},
                    {"clamped_cube_map", "texels of the cube map above the range of half floats",
                     true, "max_mirrors"}},
       .tests = {.variants = {R"({"bounces": 2})", R"({"max_mirrors": 1, "bounces": 2})",

@@ -390,12 +390,16 @@ const std::vector<StepInfo>& stepInfos() {
 const std::vector<CounterInfo>& counterInfos() {
   static const std::vector<CounterInfo> infos = {
       {"reused", "samples whose reflection comes from the key frame"},
-      {"retraced", "samples that were traced in a frame that is not a key frame"},
+      {.name = "retraced",
+       .meaning = "samples that were traced in a frame that is not a key frame",
+       .handedOn = true},
       {"blended",
        "of `reused`: samples at the border of retraced areas, which were also traced and then "
        "blended"},
       {"key_frame", "1 if the frame is a key frame"},
-      {"key_frame_samples", "samples that were traced because the frame is a key frame"},
+      {.name = "key_frame_samples",
+       .meaning = "samples that were traced because the frame is a key frame",
+       .handedOn = true},
       {"not_searched", "of `retraced`: glossy and refractive samples"},
       {"not_found",
        "of `retraced`: the search ended at a silhouette, outside the frame, or without a result"},

@@ -496,7 +496,7 @@ const MethodEntry& screenSpaceEntry() {
                    {"below_horizon",
                     "samples whose normal was corrected, or with a ray that would enter the "
                     "surface"},
-                   {"retraced", "samples that were traced"},
+                   {.name = "retraced", .meaning = "samples that were traced", .handedOn = true},
                    {"disoccluded", "rays that found nothing although a surface is there", false,
                     "image.count_disocclusions"},
                    {"missed_hit", "of `disoccluded`: the frame shows that surface", false,

@@ -50,7 +50,7 @@ const std::vector<CounterInfo>& counterInfos() {
       {"planar_samples", "samples in planar clusters"},
       {"concave_clusters", "concave clusters"},
       {"probes", "samples that Embree traced to estimate the clusters' errors"},
-      {"retraced", "samples that Embree traced"},
+      {.name = "retraced", .meaning = "samples that Embree traced", .handedOn = true},
       {"small_clusters", "clusters that are traced because a depth image would cost more"},
       {"self_seeing_clusters", "clusters that are traced because they reflect their own object"},
       {"erring_clusters",

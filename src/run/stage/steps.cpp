@@ -55,9 +55,9 @@ const std::vector<methods::CounterInfo>& pipelineCounters() {
       {"unsupported_reflector",
        "samples of reflectors that the method cannot render, and "
        "another method does",
-       false, "`unsupported` other than \"error\", if the scene has such reflectors"},
+       false, "`unsupported` other than \"error\", if the scene has such reflectors", true},
       {"fallback_samples", "samples that the method of `fallback` rendered", false,
-       "a method as `fallback`, if the scene has reflectors"},
+       "a method as `fallback`, if the scene has reflectors", true},
       {"clamped_half", "colour values above the range of half floats", true},
   };
   return counters;

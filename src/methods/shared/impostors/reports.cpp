@@ -57,7 +57,7 @@ std::vector<CounterInfo> commonCounters() {
       {"enclosing", "objects about a reflector, in the environment map"},
       {"left_in_map", "objects beyond `most`, in the environment map"},
       {"traced_reflectors", "reflectors that `fallback` traces"},
-      {"traced_samples", "samples of these"},
+      {.name = "traced_samples", .meaning = "samples of these", .handedOn = true},
       {"unfit",
        "reflectors in view that reflect much of themselves (itself) or, for billboards, are near "
        "large objects (near)"},
